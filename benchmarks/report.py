@@ -14,7 +14,7 @@ from tests.report.browser import FOUND, Browser
 from tests.report.test_page import report_of
 from tests.small_campaign import write_campaign
 
-from shakerproc.report.page import write_report
+from shakerproc.report.page.page import write_report
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import TestLog, facts_of, read_testlog
 from shakerproc.testlog.analyses import ShownSpectrogram

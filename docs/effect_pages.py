@@ -24,7 +24,12 @@ OVERVIEW = "<!-- all effects -->"
 NOTES = DOCS / "effect_notes.yaml"
 MIMICS = DOCS / "effect_mimics.json"
 CACHE = ROOT / "build" / "effect_pictures"
-DRAWN_FROM = ("models/effects", "models/faults", "models/examples.py", "report/effects.py")
+DRAWN_FROM = (
+    "models/effects",
+    "models/faults",
+    "models/examples.py",
+    "report/models/effects.py",
+)
 
 
 def on_config(config: "MkDocsConfig") -> "MkDocsConfig":
@@ -92,7 +97,7 @@ def pages() -> dict[str, str]:
 def page_of(name: str, kind: Any, notes: dict[str, str]) -> str:
     """Return one page: the same frame for all."""
     from shakerproc.models import FAULTS
-    from shakerproc.report.effects import numbers
+    from shakerproc.report.models.effects import numbers
     from shakerproc.workflows.effect_documents import document_of
 
     document: dict[str, Any] = document_of(kind)
@@ -253,7 +258,7 @@ def pictures() -> dict[str, str]:
 def _fingerprint() -> str:
     """Return a hash of all that the pictures are drawn from."""
     source = ROOT / "src" / "shakerproc"
-    found = [source / name for name in (*DRAWN_FROM, "report/style.py")]
+    found = [source / name for name in (*DRAWN_FROM, "report/figures/style.py")]
     files = [
         f for path in found for f in (sorted(path.glob("*.py")) if path.is_dir() else [path])
     ]
@@ -264,8 +269,8 @@ def _draw_all(folder: Path) -> None:
     import matplotlib as mpl
 
     from shakerproc import files
-    from shakerproc.report import style
-    from shakerproc.report.effects import picture
+    from shakerproc.report.figures import style
+    from shakerproc.report.models.effects import picture
     from shakerproc.workflows.effect_documents import known_kinds
 
     drawn = {}

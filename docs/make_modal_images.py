@@ -7,13 +7,13 @@ import numpy as np
 from benchmarks.modal_signals import draw
 
 from shakerproc.modal.from_log import analyse_log
-from shakerproc.report import style
-from shakerproc.report.modal_figures import (
+from shakerproc.report.figures import style
+from shakerproc.report.figures.to_png import save
+from shakerproc.report.modal.figures import (
     shapes_figure,
     stabilisation_figure,
     synthesis_figure,
 )
-from shakerproc.report.pictures import save
 from shakerproc.testlog import read_testlog
 
 IMAGES = Path(__file__).with_name("images")

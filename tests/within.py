@@ -5,7 +5,7 @@ import pickle
 
 import pytest
 
-from shakerproc.executors import AbstractExecutor, Outcome, child
+from shakerproc.executors import AbstractExecutor, TaskOutcome, child
 from shakerproc.workflows.machines import Machines
 
 BY_PROCESSES = Machines.executor
@@ -22,7 +22,7 @@ class WithinExecutor(AbstractExecutor):
             self.prepare()
         for task in tasks:
             report = child._attempt(work, pickle.dumps(task.argument))
-            yield Outcome(task.name, **json.loads(report))
+            yield TaskOutcome(task.name, **json.loads(report))
 
 
 def _executor(machines, prepare=None):

@@ -1,4 +1,4 @@
-"""What the rooms hand to each other: arrays, channels, recordings."""
+"""Data that the rooms hand to each other: arrays, channels, recordings."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,7 +55,7 @@ BadRows: TypeAlias = Literal["refuse", "skip"]
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What the calibration sheet says of a sensor.
+    """Data of a sensor on its calibration sheet.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ def told_days(calibrated: str, valid_until: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ChannelUse:
-    """What the test log says of one channel of a recording.
+    """Use of one channel of a recording, as the test log states it.
 
     Attributes
     ----------
@@ -362,7 +362,7 @@ class Recording:
             yield self.samples(first, min(first + size, end))
 
     def select(self, indices: Sequence[int]) -> "Recording":
-        """Return the same recording with only these of its channels, in this order."""
+        """Return the recording with only these of its channels, in this order."""
         return replace(
             self,
             channels=tuple(self.channels[i] for i in indices),

@@ -1,4 +1,4 @@
-"""What can be wrong with the input: one class a kind, all children of ShakerprocError."""
+"""Errors of the input: one class for each kind, all children of ShakerprocError."""
 
 from pathlib import Path
 

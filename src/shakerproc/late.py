@@ -1,4 +1,4 @@
-"""What is named where it is listed, and loaded when it is first used."""
+"""Objects named where they are listed, and loaded when they are first used."""
 
 import gc
 from importlib import import_module
@@ -10,13 +10,13 @@ LEFT_LYING: Final = 100_000
 
 
 def loaded(place: str) -> Any:
-    """Return what a place such as ``shakerproc.recordings.csv:read_csv`` holds."""
+    """Return the object at a place such as ``shakerproc.recordings.csv:read_csv``."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
 
 def without_parquet() -> str:
-    """Return what to do so that Parquet can be read and written; empty where it can."""
+    """Return the remedy where Parquet cannot be read and written; empty where it can."""
     if find_spec("pyarrow") is not None:
         return ""
     return "Parquet needs pyarrow: pip install 'shakerproc[parquet]', or use CSV"

@@ -313,7 +313,7 @@ def quantity(unit: str) -> Any:
 def in_unit(
     unit: str, *, positive: bool = False, not_negative: bool = False
 ) -> "BeforeValidator":
-    """Return what turns a pydantic float field into one that is written with a unit."""
+    """Return the validator by which a pydantic float field is written with a unit."""
     from pydantic import BeforeValidator  # a worker that reads no log needs none of it
 
     def parsed(value: object) -> float:
@@ -358,7 +358,7 @@ def is_same_unit(unit: str, other: str) -> bool:
 
 
 def problem_of_unit(unit: str) -> str | None:
-    """Return what is wrong with a unit that stands alone, or None."""
+    """Return the error in a unit that stands alone, or None."""
     parsed = _parsed(unit, "g_n") if unit.strip() else "the unit is missing"
     return parsed if isinstance(parsed, str) else None
 
@@ -547,7 +547,7 @@ def _not_written(unit: str) -> str:
 
 
 def _problem_of(unit: str) -> str | None:
-    """Return what is wrong with the spelling of a unit, before pint sees it."""
+    """Return the error in the spelling of a unit, before pint sees it."""
     if _WRITABLE.fullmatch(unit) is None:
         return f"{quoted(unit)} is not a unit"
     if re.search(r"\d\d|\d\.|\.\d|\*\*.*\*\*|\^[^-\d]|(?<!\^)-|--|\^-?\d*\^|\(\(\(", unit):

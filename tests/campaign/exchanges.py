@@ -33,7 +33,7 @@ from shakerproc.campaign.batch import Execution, run_batch
 from shakerproc.campaign.jobs import SUMMARY, Products, check_recording
 from shakerproc.campaign.manifest import hashes
 from shakerproc.errors import ShakerprocError
-from shakerproc.executors import AbstractExecutor, Outcome
+from shakerproc.executors import AbstractExecutor, TaskOutcome
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary
 from shakerproc.testlog import read_testlog
@@ -108,7 +108,7 @@ class Threads(AbstractExecutor):
         with ThreadPoolExecutor(2) as pool:
             waiting = {pool.submit(attempt, task.argument): task.name for task in tasks}
             for done in as_completed(waiting):
-                yield Outcome(waiting[done], **done.result())
+                yield TaskOutcome(waiting[done], **done.result())
 
 
 class Round:

@@ -18,7 +18,7 @@ from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.lock import locked
 from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import LockedError, LogError
-from shakerproc.executors import AbstractExecutor, Limits, Outcome, ProcessExecutor
+from shakerproc.executors import AbstractExecutor, Limits, ProcessExecutor, TaskOutcome
 from shakerproc.testlog import Test, read_testlog
 
 
@@ -27,7 +27,7 @@ class HereExecutor(AbstractExecutor):
 
     def run(self, work, tasks):
         for task in tasks:
-            yield Outcome(task.name, work(task.argument))
+            yield TaskOutcome(task.name, work(task.argument))
 
 
 def batch(log, out, **options):

@@ -7,9 +7,9 @@ import pytest
 from shakerproc import files
 from shakerproc.campaign.earlier import change_columns, changes, read_earlier
 from shakerproc.errors import TableError
-from shakerproc.report.earlier_view import earlier_section
-from shakerproc.report.shown_units import USUAL
-from shakerproc.report.trial import EXAMPLE
+from shakerproc.report.figures.units import USUAL
+from shakerproc.report.page.trial import EXAMPLE
+from shakerproc.report.trends.earlier import earlier_section
 
 
 def run_of(test, *peaks, level=1.0):

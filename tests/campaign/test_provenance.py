@@ -59,12 +59,12 @@ def test_a_recording_exchanged_after_the_batch_began_is_an_error_and_computed_on
 
 def guarded(work, task):
     from shakerproc.errors import ShakerprocError
-    from shakerproc.executors import Outcome
+    from shakerproc.executors import TaskOutcome
 
     try:
-        return Outcome(task.name, work(task.argument))
+        return TaskOutcome(task.name, work(task.argument))
     except ShakerprocError as error:
-        return Outcome(task.name, cause="input", error=str(error))
+        return TaskOutcome(task.name, cause="input", error=str(error))
 
 
 def cut_short(path, _other):

@@ -12,7 +12,7 @@ from tests.campaign.watched import kill_and_compare, watch
 from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.campaign.arrivals import Stamp, looked, recordings_in, standing
+from shakerproc.campaign.arrivals import FileStamp, looked, recordings_in, standing
 from shakerproc.campaign.jobs import Products
 from shakerproc.errors import LogError, RecordingError
 from shakerproc.recordings import Sampling
@@ -20,7 +20,7 @@ from shakerproc.testlog import read_testlog
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
 from shakerproc.workflows.watching import Pace, Watch
-from shakerproc.workflows.write_up import Wish
+from shakerproc.workflows.write_up import TrendWish
 
 QUICK = ("--settle", 0.2, "--every", 0.1, "--idle", 0.5, "--no-figures", "--workers", 1)
 
@@ -69,7 +69,7 @@ def test_tests_are_run_as_they_come_and_again_when_they_change(tmp_path):
         logs,
         products=Products(figures=False),
         machines=Machines(1),
-        wish=Wish(figures=False),
+        wish=TrendWish(figures=False),
         tell=told.append,
     )
     watched.run(Pace(0.2, 0.1, 0.3))
@@ -107,14 +107,14 @@ def test_each_new_recording_is_drafted_once_and_edits_are_kept(tmp_path):
         drafted = DraftedLog(
             tmp_path, Sampling(), told.append
         )  # as a watch that was started again
-        log = drafted(dict.fromkeys(recordings_in(tmp_path), Stamp(1, 1)))
+        log = drafted(dict.fromkeys(recordings_in(tmp_path), FileStamp(1, 1)))
         path.write_text(path.read_text("utf-8").replace("title: ", "title: my "), "utf-8")
     assert [str(test.id) for test in log.tests] == ["1", "2"]
     assert path.read_text("utf-8").count("my my") == 1
     path.write_text(path.read_text("utf-8") + "shaker: {}\n", "utf-8")
     write_recording(tmp_path / "run_3.tdms", 200.0, seconds=2.0)
     with pytest.raises(LogError, match=r"tests: is not there\. Move tests: to the end"):
-        drafted(dict.fromkeys(recordings_in(tmp_path), Stamp(1, 1)))
+        drafted(dict.fromkeys(recordings_in(tmp_path), FileStamp(1, 1)))
 
 
 def test_a_folder_that_vanishes_is_told_in_one_line(tmp_path):
@@ -130,7 +130,7 @@ def test_a_folder_that_vanishes_is_told_in_one_line(tmp_path):
         logs,
         products=Products(),
         machines=Machines(1),
-        wish=Wish(),
+        wish=TrendWish(),
         tell=print,
     )
     with pytest.raises(RecordingError, match=r"the watched folder is gone.*call again"):

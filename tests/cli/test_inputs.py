@@ -10,7 +10,7 @@ from tests.in_process import run
 
 from shakerproc.comparison import usable_tests
 from shakerproc.errors import DiagnosisError
-from shakerproc.executors import Outcome
+from shakerproc.executors import TaskOutcome
 from shakerproc.model_files import read_model
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import read_testlog
@@ -81,7 +81,7 @@ def test_a_diagnosis_of_other_recordings_elsewhere_is_refused(files, monkeypatch
     class Elsewhere:
         def run(self, _work, tasks):
             value = {"diagnosis": "", "sha256": {"1": "0" * 64}}
-            return [Outcome(task.name, value) for task in tasks]
+            return [TaskOutcome(task.name, value) for task in tasks]
 
     monkeypatch.setattr(Machines, "executor", lambda _self: Elsewhere())
     with pytest.raises(DiagnosisError, match="the worker read other recordings"):

@@ -16,7 +16,7 @@ from tests.docs.fixtures import write_recordings
 from tests.few_effects import seek_few
 from tests.in_process import run
 
-from shakerproc.report import run_figures
+from shakerproc.report.runs import drawing
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -213,14 +213,14 @@ def worked(tutorial):
     """Where the tutorial and a batch of the sample data were processed, with pictures."""
     folder, _ = tutorial
     kept = {Path(place).parent.name for place in make_images.BATCH}
-    draw = run_figures.draw_run
+    draw = drawing.draw_run
 
     def draw_kept(result, title, where):
         return draw(result, title, where) if f"test_{result.test.id}" in kept else []
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(make_images, "shakerproc", run)  # without the seconds of a start
-        patch.setattr(run_figures, "draw_run", draw_kept)  # nobody looks at the others
+        patch.setattr(drawing, "draw_run", draw_kept)  # nobody looks at the others
         make_images.sample(folder)
     make_images.pictures(folder, folder / "images")
     return folder
@@ -309,6 +309,16 @@ def test_the_page_of_the_house_has_every_room_in_the_order_of_the_contract():
     assert [set(rooms) for rooms in drawn] == [set(rooms) for rooms in wanted]
     told = page.split("## The rooms")[1].split("## The way")[0]
     assert all(f"**{room}**" in told for room in names)
+
+
+def test_the_drawing_of_the_rooms_is_that_of_the_imports():
+    done = subprocess.run(
+        [sys.executable, DOCS / "make_rooms_drawing.py", "--check"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_file_on_the_way_through_the_house_is_there():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.finite_elements.thermal import Fit, clearances_at, temperature_change_for
+from shakerproc.finite_elements.thermal import ThermalFit, clearances_at, temperature_change_for
 
-PLASTIC_ON_STEEL = Fit(9.85e-3, 9.80e-3, 110e-6, 12e-6)
+PLASTIC_ON_STEEL = ThermalFit(9.85e-3, 9.80e-3, 110e-6, 12e-6)
 
 
 def test_no_change_of_temperature_leaves_the_drawing():
@@ -16,7 +16,7 @@ def test_no_change_of_temperature_leaves_the_drawing():
 
 
 def test_one_material_scales_the_play_with_everything_else():
-    steel = Fit(9.85e-3, 9.80e-3, 12e-6, 12e-6)
+    steel = ThermalFit(9.85e-3, 9.80e-3, 12e-6, 12e-6)
     assert_allclose(clearances_at(steel, 1000.0).play / 50e-6, 1.012, rtol=1e-9)
 
 
@@ -45,11 +45,11 @@ def test_the_temperature_of_a_play_gives_that_play(play):
 
 def test_parts_that_grow_alike_have_no_such_temperature():
     with pytest.raises(ValueError, match="opening and insert expand alike"):
-        temperature_change_for(Fit(10e-3, 10e-3, 12e-6, 12e-6), 1e-6)
+        temperature_change_for(ThermalFit(10e-3, 10e-3, 12e-6, 12e-6), 1e-6)
 
 
 def test_an_opening_of_nothing_is_refused():
     with pytest.raises(ValueError, match="opening must be above 0 m, not 0"):
-        Fit(0.0, 9.8e-3, 1e-5, 1e-5)
+        ThermalFit(0.0, 9.8e-3, 1e-5, 1e-5)
     with pytest.raises(ValueError, match="opening_expansion must be a finite number"):
-        Fit(9.8e-3, 9.8e-3, np.nan, 1e-5)
+        ThermalFit(9.8e-3, 9.8e-3, np.nan, 1e-5)

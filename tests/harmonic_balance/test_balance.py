@@ -13,7 +13,7 @@ from shakerproc.simulation import closed_forms
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulation.harmonic_balance.from_model import system_of_model
-from shakerproc.simulation.harmonic_balance.laws import Motion
+from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.harmonic_balance.response import (
     balance_of_system,
     frequency_response,
@@ -57,7 +57,7 @@ def motion_of(harmonics, seed=3, omega=2.0):
     coefficients = 1.2 * (random[0] + 1j * random[1])
     if harmonics[0] == 0:
         coefficients[0] = coefficients[0].real
-    return Motion(coefficients, harmonics, omega)
+    return HarmonicMotion(coefficients, harmonics, omega)
 
 
 def law_of(kind):
@@ -97,7 +97,7 @@ def test_derivatives_are_those_of_the_force(kind):
 
     def force(unknowns, omega):
         coefficients = fourier.complex_of_real(unknowns, harmonics)
-        return law.balance(Motion(coefficients, harmonics, omega)).force
+        return law.balance(HarmonicMotion(coefficients, harmonics, omega)).force
 
     for i in range(real.size):
         change = np.zeros(real.size)

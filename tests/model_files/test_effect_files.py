@@ -151,13 +151,13 @@ def test_packages_bring_effects_by_entry_point(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(tmp_path)
     entry = EntryPoint("detent", "brought_effects:Detent", registry.GROUP)
     monkeypatch.setattr(registry, "entry_points", lambda *, group: [entry] * (group != ""))
-    known = registry.Effects({"gap": Gap})
+    known = registry.EffectRegistry({"gap": Gap})
     assert list(known) == ["gap", "detent"]
     assert known["detent"].formula.startswith("F = Fd")
     broken = EntryPoint("broken", "brought_effects:Nothing", registry.GROUP)
     monkeypatch.setattr(registry, "entry_points", lambda *, group: [broken] * (group != ""))
     with pytest.raises(ModelError, match=r"entry point broken .*AttributeError"):
-        list(registry.Effects({"gap": Gap}))
+        list(registry.EffectRegistry({"gap": Gap}))
 
 
 MODEL = """\

@@ -11,11 +11,11 @@ from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.errors import ShakerprocError
-from shakerproc.finite_elements.thermal import Fit
+from shakerproc.finite_elements.thermal import ThermalFit
 from shakerproc.model_files import read_model
 from shakerproc.planning import (
+    PlanWish,
     Warming,
-    Wish,
     displacement_of_test,
     joint_of_model,
     plan_campaign,
@@ -37,7 +37,7 @@ tests:
 def planned(tmp_path, row, **wish):
     path = tmp_path / "log.yaml"
     path.write_text(f"{HEAD}  - {{id: 1, {row}}}\n", encoding="utf-8")
-    (found,) = plan_campaign(read_testlog(path), Wish(**wish))
+    (found,) = plan_campaign(read_testlog(path), PlanWish(**wish))
     return found
 
 
@@ -47,7 +47,7 @@ def run(*arguments):
 
 @pytest.fixture(scope="module")
 def thesis():
-    return plan_campaign(read_testlog(THESIS), Wish(which="nominal"))
+    return plan_campaign(read_testlog(THESIS), PlanWish(which="nominal"))
 
 
 def test_the_thesis_log_has_a_row_for_each_test(thesis):
@@ -158,7 +158,7 @@ def test_out_of_plane_the_measured_axial_play_counts():
 
 def test_a_plastic_hole_opens_on_a_steel_pin_and_its_plate_jams_the_bushing():
     """In plane d (alpha_p - alpha_s) dT more play, out of plane t (alpha_p - alpha_s) less."""
-    hot = Warming(Fit(9.9e-3, 9.8e-3, 110e-6, 12e-6), 2.5e-3, 40.0)
+    hot = Warming(ThermalFit(9.9e-3, 9.8e-3, 110e-6, 12e-6), 2.5e-3, 40.0)
     inside = Test(1, actual_clearance=1e-4)
     grown = (9.9e-3 * 110e-6 - 9.8e-3 * 12e-6) * 40.0
     assert_allclose(play_of_test(inside, warming=hot).total, 1e-4 + grown, rtol=1e-10)

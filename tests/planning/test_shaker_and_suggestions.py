@@ -17,7 +17,7 @@ from shakerproc.planning import (
     plan_test,
     suggested_tests,
 )
-from shakerproc.planning.plan import Wish
+from shakerproc.planning.plan import PlanWish
 from shakerproc.testlog import read_testlog
 
 LOG = """\
@@ -97,7 +97,7 @@ def test_a_diagnosis_becomes_tests_like_those_of_the_log(log):
     assert first.clearance == 1e-4
     assert second.excitation == "sine sweep"
     assert_allclose(second.level, 2.0 * np.sqrt(2.0) * G)
-    planned = plan_test(second, Wish(limits=ShakerLimits(velocity=1.0)))
+    planned = plan_test(second, PlanWish(limits=ShakerLimits(velocity=1.0)))
     assert any("velocity" in text for text in planned.warnings)
 
 

@@ -6,7 +6,7 @@ from tests.in_process import completed
 
 from shakerproc.errors import LogError
 from shakerproc.planning.drive import drive_of_test
-from shakerproc.planning.plan import Wish
+from shakerproc.planning.plan import PlanWish
 from shakerproc.planning.planned import plan_campaign
 from shakerproc.testlog import Test, read_testlog
 from shakerproc.testlog.tones import DemandedTone
@@ -68,7 +68,7 @@ def files(tmp_path):
 
 
 def test_a_plan_leaves_tones_on_random_vibration_out_and_says_why(files):
-    first, *_ = plan_campaign(read_testlog(files / "log.yaml"), Wish())
+    first, *_ = plan_campaign(read_testlog(files / "log.yaml"), PlanWish())
     assert first.shaken is None
     assert first.travel is None
     (told,) = first.warnings

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from shakerproc.report import live
-from shakerproc.report.drawn import Filling
+from shakerproc.report.figures import live
+from shakerproc.report.figures.figure import Filling
 
 HOOK = """(async () => {
   for (const box of [...alive.keys()]) rest(box);

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shakerproc.report import svg
-from shakerproc.report.page import Report, html
-from shakerproc.report.trial import EXAMPLE
+from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Plot
+from shakerproc.report.page.page import Report, html
+from shakerproc.report.page.trial import EXAMPLE
 
 LETTERS = 11.0
 """Height of the letters of an axis [px]."""
@@ -23,11 +24,11 @@ def upright_numbers(drawing):
 
 def drawn(low, high, height, label="time [s]"):
     rows = np.array([low, high])
-    plot = svg.Plot(
-        [svg.Curve("", np.arange(2.0), rows, 0)], svg.Axis(label, 0.0, 1.0),
-        svg.Axis("[g]", low, high),
+    plot = Plot(
+        [Curve("", np.arange(2.0), rows, 0)], Axis(label, 0.0, 1.0),
+        Axis("[g]", low, high),
     )  # fmt: skip
-    return str(svg.plot(plot, title="t", height=height))
+    return str(to_svg.plot(plot, title="t", height=height))
 
 
 @given(

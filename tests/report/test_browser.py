@@ -13,10 +13,11 @@ from tests.report.drawn_points import drawn, lost, noted_plots
 from tests.report.test_page import PAYLOADS, contrast, poisoned, report_of
 from tests.small_campaign import write_campaign
 
-from shakerproc.report import pdf, style, svg
-from shakerproc.report.drawing import Drawing
-from shakerproc.report.page import write_report
-from shakerproc.report.sections import Section
+from shakerproc.report.figures import style, to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Filling, Plot
+from shakerproc.report.page import pdf
+from shakerproc.report.page.page import write_report
+from shakerproc.report.page.sections import PageFigure, ReportSection
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import facts_of, read_testlog
 
@@ -231,7 +232,7 @@ def test_without_scripts_every_run_is_there(browser, page):
             return len(found["nodeIds"])
 
         assert count("article.run") == N_RUNS
-        assert count("article.run svg.plot") >= 4 * N_RUNS
+        assert count("article.run to_svg.plot") >= 4 * N_RUNS
         assert count("canvas") == 0
         assert count(".scripted:not([hidden])") == 0
     finally:
@@ -347,33 +348,42 @@ def every_kind_of_plot():
     y, high = np.arange(1.0, 7.0), np.array([1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
     marks = {"points": True, "hollow": [True, False, True, False, False, True]}
     kinds = {
-        "lines": [svg.Curve("a", even, broken, 0), svg.Curve("b", other, 1 + other / 9, 1)],
-        "steps": [svg.Curve("a", even, broken, 0), svg.Curve("b", steps, high, 1, thin=True)],
-        "falling": [svg.Curve("a", steps[::-1], high, 0), svg.Curve("b", other, other / 3, 1)],
+        "lines": [
+            Curve("a", even, broken, 0),
+            Curve("b", other, 1 + other / 9, 1),
+        ],
+        "steps": [
+            Curve("a", even, broken, 0),
+            Curve("b", steps, high, 1, thin=True),
+        ],
+        "falling": [
+            Curve("a", steps[::-1], high, 0),
+            Curve("b", other, other / 3, 1),
+        ],
         "marks": [
-            svg.Curve("a", few, y, 0, bars=[0.2] * 6, **marks),
-            svg.Curve("b", few + 0.0, y[::-1] + 0.5, 1, points=True),
-            svg.Curve("c", np.array([4.0, 5.0]), np.array([5.5, 2.5]), 2, points=True),
+            Curve("a", few, y, 0, bars=[0.2] * 6, **marks),
+            Curve("b", few + 0.0, y[::-1] + 0.5, 1, points=True),
+            Curve("c", np.array([4.0, 5.0]), np.array([5.5, 2.5]), 2, points=True),
         ],
         "marks on a line": [
-            svg.Curve("a", even, broken, 0, wide=True),
-            svg.Curve("b", few[::-1], y, 3, points=True),
+            Curve("a", even, broken, 0, wide=True),
+            Curve("b", few[::-1], y, 3, points=True),
         ],
         "dots": [
-            svg.Curve("a", np.repeat(other[:9], 3), rng.random(27) * 6.0, 0, dots=True),
-            svg.Curve("b", few, y, 1, dots=True),
+            Curve("a", np.repeat(other[:9], 3), rng.random(27) * 6.0, 0, dots=True),
+            Curve("b", few, y, 1, dots=True),
         ],
         "areas": [
-            svg.Filling("a", even, broken - 0.5, broken + 0.5, 0),
-            svg.Filling("b", other, other / 3, 1 + other / 3, 1),
-            svg.Curve("c", steps, high, 2),
+            Filling("a", even, broken - 0.5, broken + 0.5, 0),
+            Filling("b", other, other / 3, 1 + other / 3, 1),
+            Curve("c", steps, high, 2),
         ],
     }  # fmt: skip
     return {
-        f"{name}, {'logarithmic' if log else 'even'} x": svg.Plot(
+        f"{name}, {'logarithmic' if log else 'even'} x": Plot(
             items,
-            svg.Axis("x [Hz]", 0.5 if log else -0.5, 11.0, logarithmic=log),
-            svg.Axis("y [-]", 0.1, 8.0, logarithmic=name == "lines"),
+            Axis("x [Hz]", 0.5 if log else -0.5, 11.0, logarithmic=log),
+            Axis("y [-]", 0.1, 8.0, logarithmic=name == "lines"),
         )
         for name, items in kinds.items()
         for log in (False, True)
@@ -383,10 +393,10 @@ def every_kind_of_plot():
 def test_no_kind_of_figure_loses_a_point(browser, tmp_path):
     with noted_plots() as plots:
         drawings = [
-            Drawing(name, "", svg.plot(plot, title=name))
+            PageFigure(name, "", to_svg.plot(plot, title=name))
             for name, plot in every_kind_of_plot().items()
         ]
-        section = Section("Figures", "figures", figures=drawings)
+        section = ReportSection("Figures", "figures", figures=drawings)
         write_report(tmp_path / "kinds.html", replace(report_of([]), sections=[section]))
     browser.open(tmp_path / "kinds.html")
     found = drawn(browser)

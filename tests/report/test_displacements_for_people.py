@@ -10,7 +10,7 @@ from tests.in_process import completed
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import write_tdms
-from shakerproc.report.shown_units import USUAL, ShownUnits
+from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.testlog import chosen_units
 
 G, RATE, PER_G = 9.80665, 1000.0, 12.5e-6

@@ -9,8 +9,8 @@ from tests.in_process import run
 
 from shakerproc.models import EFFECTS, FAULTS
 from shakerproc.models.examples import EXAMPLES
-from shakerproc.report import style
-from shakerproc.report.effects import FREQUENCY, cycle_of, picture
+from shakerproc.report.figures import style
+from shakerproc.report.models.effects import FREQUENCY, cycle_of, picture
 
 OMEGA = 2.0 * np.pi * FREQUENCY
 A = 1.2e-4

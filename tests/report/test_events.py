@@ -3,7 +3,7 @@
 from tests.in_process import run
 from tests.small_campaign import write_campaign
 
-from shakerproc.report.run_figures import run_figure
+from shakerproc.report.runs.drawing import run_figure
 from shakerproc.runs import open_test, process_recording, read_summary
 from shakerproc.testlog import read_testlog
 

@@ -20,15 +20,15 @@ from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
-from shakerproc.report import alternatives
-from shakerproc.report.estimates import interval
-from shakerproc.report.evidence import ONE_METHOD, sections
-from shakerproc.report.evidence_models import Models, loudest, unit_of_sensor
-from shakerproc.report.evidence_motion import cloud
-from shakerproc.report.evidence_spectra import lowest_phase, phase_of
-from shakerproc.report.evidence_tables import tables
-from shakerproc.report.methods import references_of
-from shakerproc.report.page import Report, html
+from shakerproc.report.evidence import laws
+from shakerproc.report.evidence.estimates import interval
+from shakerproc.report.evidence.models import Models, loudest, unit_of_sensor
+from shakerproc.report.evidence.motion import cloud
+from shakerproc.report.evidence.sections import ONE_METHOD, sections
+from shakerproc.report.evidence.spectra import lowest_phase, phase_of
+from shakerproc.report.evidence.tables import tables
+from shakerproc.report.page.methods import references_of
+from shakerproc.report.page.page import Report, html
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows.evidence import (
     Evidence,
@@ -264,13 +264,11 @@ def test_laws_of_rivals_are_drawn_by_their_numbers(models):
             Tried("offset_gap", ("base", "coupon"), 0.02, 0.03, other),
         ),
     )
-    assert [t.kind for t in alternatives.alternatives(told)] == ["gap", "offset_gap"]
-    assert alternatives.laws(models, DIAGNOSIS) is None
-    drawing = alternatives.laws(models, told)
+    assert [t.kind for t in laws.alternatives(told)] == ["gap", "offset_gap"]
+    assert laws.laws(models, DIAGNOSIS) is None
+    drawing = laws.laws(models, told)
     assert "gap" in str(drawing.drawing)
-    z, force = alternatives.forced_cycle(
-        alternatives.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0
-    )
+    z, force = laws.forced_cycle(laws.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
     expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
     assert_allclose(force, expected, atol=1e-9 * CONTACT)
 

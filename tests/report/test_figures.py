@@ -9,14 +9,13 @@ from tests.runs.test_processing import RANDOM, with_roles
 from tests.small_campaign import RATE, samples, write_campaign
 
 from shakerproc.campaign import trends
-from shakerproc.report import run_drawings
-from shakerproc.report.analysis_figures import limits
-from shakerproc.report.run_figures import draw_run, run_figure
-from shakerproc.report.run_plots import IN_FILES
-from shakerproc.report.trend_figures import draw_trends, trend_figure
-from shakerproc.report.trend_view import drawings
+from shakerproc.report.runs import drawing
+from shakerproc.report.runs.analyses import limits
+from shakerproc.report.runs.drawing import draw_run, run_figure
+from shakerproc.report.runs.figures import IN_FILES
+from shakerproc.report.trends.figures import draw_trends, page_figures, trend_figure
 from shakerproc.runs import process_recording, process_test, summary_of
-from shakerproc.runs.analysis import Line, Scale
+from shakerproc.runs.analysis import PanelLine, PanelScale
 from shakerproc.runs.curves import unbroken_phase
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
@@ -51,9 +50,9 @@ def test_a_trend_is_drawn(tmp_path):
 def test_bars_of_a_trend_on_the_page_reach_as_far_as_half_a_bin():
     """Read back from the path: steps of the drawing against the distance of two points."""
     trend = trends.trend(FALLING, trends.standard_trends(FALLING)[0], "ch3")
-    (drawing,) = drawings([trend])
-    assert "Bars: width of a bin." in drawing.caption
-    text = str(drawing.drawing)
+    (found,) = page_figures([trend])
+    assert "Bars: width of a bin." in found.caption
+    text = str(found.drawing)
     (points,) = trend.series.values()
     ends = [
         (float(low), float(high))
@@ -114,8 +113,8 @@ def test_no_figure_cuts_a_curve_off_or_draws_what_is_no_number(name):
 @pytest.mark.parametrize("value", [10.0, 0.37, 2.5e-7])
 @pytest.mark.parametrize("logarithmic", [True, False])
 def test_a_flat_line_lies_within_its_axis(value, logarithmic):
-    line = Line("flat", np.arange(1.0, 4.0), np.full(3, value))
-    low, high = limits([line], Scale("", logarithmic=logarithmic))
+    line = PanelLine("flat", np.arange(1.0, 4.0), np.full(3, value))
+    low, high = limits([line], PanelScale("", logarithmic=logarithmic))
     assert low < value < high
 
 
@@ -123,7 +122,7 @@ def test_every_mode_of_the_table_is_marked_in_the_response_function(tmp_path):
     log = read_testlog(write_campaign(tmp_path, 1))
     test = log.tests[0]
     run = summary_of(process_test(log, test), "1", facts_of(test), "test_1.tdms", "ab" * 32)
-    (gain,) = [d for d in run_drawings.figures(run) if "|H1|" in d.title]
+    (gain,) = [d for d in drawing.page_figures(run) if "|H1|" in d.title]
     marks = re.findall(r'<path class="p\d" d="([^"]*)"', str(gain.drawing))
     modes = [peak for channel in run.channels for peak in channel.response_peaks]
     assert len(modes) >= 2
@@ -138,7 +137,7 @@ def test_the_page_and_the_file_show_the_same(tmp_path, name):
     axes = run_figure(result, name, "Test 1").axes
     run = summary_of(result, "1", facts_of(test), "test_1.tdms", "ab" * 32)
     kind = {"response": "gain"}.get(name, name)
-    (page,) = [str(d.drawing) for d in run_drawings.figures(run) if d.kind == kind]
+    (page,) = [str(d.drawing) for d in drawing.page_figures(run) if d.kind == kind]
     assert f">{axes[0].get_ylabel()}</text>" in page
     assert f">{axes[-1].get_xlabel()}</text>" in page
     names = axes[0].get_legend_handles_labels()[1]

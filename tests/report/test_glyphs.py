@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from shakerproc.report import pictures, style
-from shakerproc.report.glyphs import families, legible
+from shakerproc.report.figures import style, to_png
+from shakerproc.report.figures.glyphs import families, legible
 
 
 def test_a_character_of_no_font_is_its_code_and_others_stay():
@@ -23,6 +23,6 @@ def test_a_picture_of_any_name_is_drawn_without_a_warning(tmp_path, name):
         axis.plot(np.arange(3), label=name)
         axis.set_title(name)
         axis.legend()
-        assert pictures.save(picture, tmp_path / "a.png").stat().st_size > 1000
+        assert to_png.save(picture, tmp_path / "a.png").stat().st_size > 1000
     assert axis.get_title(loc="left") == legible(name)
     assert families()[0] == "DejaVu Sans"

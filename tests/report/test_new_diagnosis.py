@@ -11,11 +11,11 @@ from shakerproc.diagnosis.joint_outcomes import FurtherMode, Outside
 from shakerproc.diagnosis.result import Errors, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.report import free_law as drawing
-from shakerproc.report.alternatives import effect_of
-from shakerproc.report.estimates import interval
-from shakerproc.report.evidence import diagnosis_section, error_ladder
-from shakerproc.report.methods import methods_of
+from shakerproc.report.evidence import laws as drawing
+from shakerproc.report.evidence.estimates import interval
+from shakerproc.report.evidence.laws import effect_of
+from shakerproc.report.evidence.sections import diagnosis_section, error_ladder
+from shakerproc.report.page.methods import methods_of
 
 ALONG = Outside(
     ("base", "coupon"), (-1e-4, 0.0, 1e-4), (0.0,), ((-2.0,), (0.0,), (2.0,)),

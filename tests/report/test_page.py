@@ -8,12 +8,11 @@ import pytest
 from tests.small_campaign import write_campaign
 
 from shakerproc.campaign import trends
-from shakerproc.report.page import Report, html, write_report
-from shakerproc.report.run_drawings import figures
-from shakerproc.report.sections import Section, Table
-from shakerproc.report.watched import Watched
+from shakerproc.report.page.page import Report, Watched, html, write_report
+from shakerproc.report.page.sections import ReportSection, ReportTable
+from shakerproc.report.runs.drawing import page_figures
 from shakerproc.runs import process_test, summary_of
-from shakerproc.runs.analysis import Scale
+from shakerproc.runs.analysis import PanelScale
 from shakerproc.runs.summary import (
     AnalysisSummary,
     CurveSummary,
@@ -180,7 +179,9 @@ def poisoned(summary, payload):
 
 @pytest.mark.parametrize("payload", PAYLOADS)
 def test_text_from_logs_and_recordings_is_inert(summary, payload):
-    section = Section(payload, "evidence", [payload], [Table(payload, [payload], [[payload]])])
+    section = ReportSection(
+        payload, "evidence", [payload], [ReportTable(payload, [payload], [[payload]])]
+    )
     run = poisoned(summary, payload)
     report = replace(report_of([run], sections=[section]), title=payload, command=payload)
     report = replace(report, verdict=payload, options={payload: payload})
@@ -246,10 +247,12 @@ def test_a_report_of_nothing_is_still_a_page():
 
 
 def test_the_control_is_judged_in_words(summary):
-    (told,) = [f.caption for f in figures(summary) if f.kind == "psd"]
+    (told,) = [f.caption for f in page_figures(summary) if f.kind == "psd"]
     assert "within ±3 dB of the demanded level: kept" in told
     off = replace(summary.control, kept=False, beyond_alarm=0.3, worst_db=-7.0, worst_hz=50.0)
-    (told,) = [f.caption for f in figures(replace(summary, control=off)) if f.kind == "psd"]
+    (told,) = [
+        f.caption for f in page_figures(replace(summary, control=off)) if f.kind == "psd"
+    ]
     assert "in 30.0 % of the band, where 5 % may be: NOT KEPT, at worst -7.0 dB at 50" in told
 
 
@@ -257,7 +260,7 @@ def test_a_sweep_shows_its_control_between_its_limits(summary):
     curve = CurveSummary("level", "control 1", (5.0, 50.0, 500.0), (4.9, 5.0, 5.1), part="up")
     control = replace(summary.control, demanded=5.0)
     run = replace(summary, curves=(curve,), control=control, level_unit="g", alarm=None)
-    (drawing,) = figures(run)
+    (drawing,) = page_figures(run)
     assert drawing.kind == "level"
     for words in ("alarm ±3 dB", "abort ±6 dB", "mean control up", "[g]"):
         assert words in drawing.drawing
@@ -279,7 +282,8 @@ def test_a_table_in_front_holds_the_resonances_of_every_run(many, many_page):
 
 def test_figures_of_further_analyses_stay_on_the_screen(summary):
     panel = PanelSummary(
-        "Octaves", "", Scale("f [Hz]", logarithmic=False), Scale("rms [g]", logarithmic=False),
+        "Octaves", "", PanelScale("f [Hz]", logarithmic=False),
+        PanelScale("rms [g]", logarithmic=False),
         (LineSummary("ch3", [1.0, 2.0], [3.0, 4.0], "ch3", "curve", 0),),
     )  # fmt: skip
     run = replace(summary, analyses=(AnalysisSummary("octaves", "Octaves", (), (), (panel,)),))

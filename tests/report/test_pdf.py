@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from shakerproc.errors import PrintingError
-from shakerproc.report import pdf
+from shakerproc.report.page import pdf
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ import re
 import pytest
 
 from shakerproc.errors import DocumentError
-from shakerproc.report.in_units import run_in
-from shakerproc.report.page import Report, html
-from shakerproc.report.shown_units import ShownUnits
-from shakerproc.report.trial import EXAMPLE
+from shakerproc.report.figures.units import ShownUnits
+from shakerproc.report.page.page import Report, html
+from shakerproc.report.page.trial import EXAMPLE
+from shakerproc.report.runs.in_units import run_in
 from shakerproc.testlog import chosen_units, read_testlog
 from shakerproc.workflows.write_up import units_of
 

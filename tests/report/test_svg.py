@@ -7,12 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from shakerproc.report import axes, style, svg
+from shakerproc.report.figures import axes, style, to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot
 from shakerproc.runs.thinning import OFF, straightened
 
 WIDTH, HEIGHT = 560, 230
-X = svg.Axis("x", 0.0, 100.0)
-Y = svg.Axis("y", -1.0, 1.0)
+X = Axis("x", 0.0, 100.0)
+Y = Axis("y", -1.0, 1.0)
 
 
 def points_of(path):
@@ -31,8 +32,8 @@ def path_of(drawing, css="c0"):
 
 
 def drawn(x, y, **how):
-    curve = svg.Curve("a", np.array(x), np.array(y), 0)
-    return svg.plot(svg.Plot([curve], X, Y, **how), title="t")
+    curve = Curve("a", np.array(x), np.array(y), 0)
+    return to_svg.plot(Plot([curve], X, Y, **how), title="t")
 
 
 def distance(run, point):
@@ -64,7 +65,7 @@ def test_what_is_no_number_breaks_the_line():
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_ticks_are_few_and_inside(low, span):
-    axis = svg.Axis("x", low, low + span)
+    axis = Axis("x", low, low + span)
     found = axes.ticks(axis)
     assert 2 <= len(found) <= 8
     assert min(found) >= low - 1e-6 * span
@@ -73,19 +74,19 @@ def test_ticks_are_few_and_inside(low, span):
 
 @pytest.mark.parametrize("decades", [1, 2, 5, 9, 14])
 def test_logarithmic_ticks_are_powers_of_ten(decades):
-    found = axes.ticks(svg.Axis("y", 1e-5, 10.0 ** (decades - 5), logarithmic=True))
+    found = axes.ticks(Axis("y", 1e-5, 10.0 ** (decades - 5), logarithmic=True))
     assert_allclose(np.log10(found) % 1.0, 0.0, atol=1e-12)
     assert 1 <= len(found) <= 8
 
 
 def test_labels_are_inert():
     text = str(
-        svg.plot(
-            svg.Plot(
-                [svg.Curve("<script>alert(1)</script>", np.arange(3.0), np.zeros(3), 0)],
-                svg.Axis("<b>", 0.0, 2.0),
-                svg.Axis("&", -1.0, 1.0),
-                marks=[svg.Mark(1.0, '"><img>')],
+        to_svg.plot(
+            Plot(
+                [Curve("<script>alert(1)</script>", np.arange(3.0), np.zeros(3), 0)],
+                Axis("<b>", 0.0, 2.0),
+                Axis("&", -1.0, 1.0),
+                marks=[Mark(1.0, '"><img>')],
             ),
             title="</title><script>",
         )
@@ -102,15 +103,15 @@ def test_every_line_differs_in_grey_too():
     assert style.styles(["control", "control", "response", "force"]) == [6, 7, 0, 1]
 
 
-LOG = svg.Axis("y", 1e-3, 1.0, logarithmic=True)
+LOG = Axis("y", 1e-3, 1.0, logarithmic=True)
 
 
 def below(y, x=None, *, y_axis=LOG, css="c0", **how):
     """The drawn pieces of a curve, as values of the axes."""
     places = np.arange(float(len(y))) if x is None else np.array(x)
-    x_axis = svg.Axis("x", 0.0, max(1.0, float(places.max())))
-    curve = svg.Curve("a", places, np.array(y), 0, **how)
-    pieces = points_of(path_of(svg.plot(svg.Plot([curve], x_axis, y_axis), title="t"), css))
+    x_axis = Axis("x", 0.0, max(1.0, float(places.max())))
+    curve = Curve("a", places, np.array(y), 0, **how)
+    pieces = points_of(path_of(to_svg.plot(Plot([curve], x_axis, y_axis), title="t"), css))
     wide, high = WIDTH - 58 - 18, HEIGHT - 8 - 34
     return [
         ((piece[:, 0] - 58) / wide * x_axis.high, 1.0 - (piece[:, 1] - 8) / high)
@@ -155,9 +156,9 @@ def test_no_drawn_point_lies_where_the_data_are_not(values):
 
 
 def path_of_or_empty(values):
-    curve = svg.Curve("a", np.arange(float(len(values))), np.array(values), 0)
-    x_axis = svg.Axis("x", 0.0, max(1.0, len(values) - 1.0))
-    return path_of(svg.plot(svg.Plot([curve], x_axis, LOG), title="t"))
+    curve = Curve("a", np.arange(float(len(values))), np.array(values), 0)
+    x_axis = Axis("x", 0.0, max(1.0, len(values) - 1.0))
+    return path_of(to_svg.plot(Plot([curve], x_axis, LOG), title="t"))
 
 
 def off_line(x, share, k, wanted):
@@ -173,10 +174,10 @@ def off_line(x, share, k, wanted):
 
 def test_marks_and_dots_beyond_an_axis_are_not_drawn_at_its_end():
     for css, how in (("p0", {"points": True}), ("d0", {"dots": True})):
-        curve = svg.Curve("a", np.arange(3.0), np.array([1e-5, 1e-2, 10.0]), 0, **how)
-        drawing = svg.plot(svg.Plot([curve], svg.Axis("x", 0.0, 2.0), LOG), title="t")
+        curve = Curve("a", np.arange(3.0), np.array([1e-5, 1e-2, 10.0]), 0, **how)
+        drawing = to_svg.plot(Plot([curve], Axis("x", 0.0, 2.0), LOG), title="t")
         assert path_of(drawing, css).count("M") == 1
-    marked = [svg.Mark(200.0, "far"), svg.Mark(50.0, "here")]
+    marked = [Mark(200.0, "far"), Mark(50.0, "here")]
     text = str(drawn([0.0, 1.0], [0.0, 1.0], marks=marked))
     shown = text.split("<data", maxsplit=1)[0]
     assert "here" in shown
@@ -185,8 +186,8 @@ def test_marks_and_dots_beyond_an_axis_are_not_drawn_at_its_end():
 
 def test_an_area_beyond_the_axis_is_cut_and_one_outside_is_not_drawn():
     x = np.arange(4.0)
-    area = svg.Filling("a", x, np.array([-5.0, -0.5, 2.0, 2.0]), np.array([0.5, 0.5, 3, 3]), 0)
-    text = str(svg.plot(svg.Plot([area], svg.Axis("x", 0.0, 3.0), Y), title="t"))
+    area = Filling("a", x, np.array([-5.0, -0.5, 2.0, 2.0]), np.array([0.5, 0.5, 3, 3]), 0)
+    text = str(to_svg.plot(Plot([area], Axis("x", 0.0, 3.0), Y), title="t"))
     (run,) = points_of(path_of(text, "f0").replace("z", ""))
     top, bottom = 8.0, 8.0 + HEIGHT - 8 - 34
     assert run[:, 1].min() >= top
@@ -210,12 +211,8 @@ def test_a_straightened_line_keeps_its_ends_and_strays_by_half_a_pixel_at_most()
 
 
 def test_axes_that_several_figures_have_are_written_once():
-    figure = svg.plot(
-        svg.Plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, X), title="t"
-    )
-    other = svg.plot(
-        svg.Plot([svg.Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, Y), title="t"
-    )
+    figure = to_svg.plot(Plot([Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, X), title="t")
+    other = to_svg.plot(Plot([Curve("a", np.arange(3.0), np.arange(3.0), 0)], X, Y), title="t")
     page = axes.shared(f"{figure}{other}{figure}")
     assert page.count('<g class="axes" id="axes-0">') == page.count('href="#axes-0"') == 1
     assert page.count('id="axes-1"') == 1
@@ -224,8 +221,10 @@ def test_axes_that_several_figures_have_are_written_once():
 
 def test_the_looks_of_shared_axes_hang_on_nothing_around_them():
     """A browser looks for what stands before a selector's last part within the axes alone."""
-    css = (Path(svg.__file__).parent / "templates" / "page.css").read_text("utf-8")
-    powers = svg.Axis("x", 1.0, 1e9, logarithmic=True)
+    css = (Path(to_svg.__file__).parents[1] / "page" / "templates" / "page.css").read_text(
+        "utf-8"
+    )
+    powers = Axis("x", 1.0, 1e9, logarithmic=True)
     drawn = str(axes.grid(powers, Y, axes.Box(9, 9, 90, 90), 100, {}))
     names = {f".{name}" for name in re.findall(r'class="(\w+)"', drawn)} | {"text", "tspan"}
     rules = [rule.strip() for rule in re.findall(r"[^{}]+(?=\{)", css) if rule.strip()]
@@ -238,9 +237,9 @@ def test_a_phase_is_broken_where_it_goes_on_at_the_other_end_of_the_circle():
     """Of a straight delay, wrapped: no piece of the line turns back."""
     x = np.linspace(0.0, 100.0, 400)
     wrapped = (-17.0 * x + 180.0) % 360.0 - 180.0
-    phase = svg.Axis("phase [°]", -180.0, 180.0, degrees=True)
+    phase = Axis("phase [°]", -180.0, 180.0, degrees=True)
     figure = str(
-        svg.plot(svg.Plot([svg.Curve("a", x, wrapped, 0)], X, phase), title="t", height=230)
+        to_svg.plot(Plot([Curve("a", x, wrapped, 0)], X, phase), title="t", height=230)
     )
     turns = int(17.0 * 100.0 / 360.0 + 0.5)
     (line,) = re.findall(r'class="c0" d="([^"]+)"', figure.split("legend", maxsplit=1)[0])

@@ -1,12 +1,14 @@
 """The same thing has the same colour in all trends."""
 
-from shakerproc.campaign.trend import Point, Trend
-from shakerproc.report.trend_styles import series_styles
+from shakerproc.campaign.trend import Trend, TrendPoint
+from shakerproc.report.trends.styles import series_styles
 
 
 def trend(**series):
     points = {
-        name: tuple(Point(test, float(i), 300.0, 1.0) for i, test in enumerate(tests.split()))
+        name: tuple(
+            TrendPoint(test, float(i), 300.0, 1.0) for i, test in enumerate(tests.split())
+        )
         for name, tests in series.items()
     }
     return Trend("t", "t", "", "x", "ch3", points)

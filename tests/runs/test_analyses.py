@@ -14,7 +14,7 @@ from tests.small_campaign import write_campaign
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.recordings import open_recording, write_tdms
-from shakerproc.report.analysis_figures import draw_analyses, drawings
+from shakerproc.report.runs.analyses import draw_analyses, page_figures
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
 from shakerproc.runs.analyses.waterfall import WaterfallAnalysis
@@ -276,7 +276,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
     }
     if dead == "both":
         assert all(path.is_file() for path in draw_analyses(result, "a run", tmp_path))
-    assert drawings(summary_of(result, "1", {}, "r.tdms", "0" * 64))
+    assert page_figures(summary_of(result, "1", {}, "r.tdms", "0" * 64))
 
 
 def test_a_band_between_two_lines_of_a_waterfall_says_which_segment_it_takes():

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from shakerproc.data import ChannelUse
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import open_recording
-from shakerproc.report.run_drawings import figures
+from shakerproc.report.runs.drawing import page_figures
 from shakerproc.runs import open_test, process_recording
 from shakerproc.runs.summarising import summary_of
 from shakerproc.runs.tables import spectra_columns
@@ -57,10 +57,10 @@ def test_densities_and_response_functions_say_their_units(result):
 def test_the_page_has_a_figure_for_each_unit(result):
     summary = summary_of(result, "1", {}, "run.csv", "")
     assert [c.unit for c in summary.channels] == ["g", "Pa", "µm/m", "V"]
-    drawn = [d.kind for d in figures(summary)]
+    drawn = [d.kind for d in page_figures(summary)]
     assert drawn.count("psd") == 4
     assert drawn.count("gain") == 3
-    text = "".join(str(d.drawing) for d in figures(summary))
+    text = "".join(str(d.drawing) for d in page_figures(summary))
     assert all(unit in text for unit in ("Pa²/Hz", "(µm/m)²/Hz", "Pa/g", "µm/m/g"))
 
 

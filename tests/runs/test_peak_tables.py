@@ -11,7 +11,7 @@ from tests.small_campaign import RATE
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
 from shakerproc.recordings import write_tdms
-from shakerproc.report.run_view import run_view
+from shakerproc.report.runs.view import run_view
 from shakerproc.runs.summary import read_summary
 from shakerproc.spectra import find_peaks
 

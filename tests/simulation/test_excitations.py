@@ -18,7 +18,7 @@ from shakerproc.simulation.excitations import (
     together,
 )
 from shakerproc.simulation.noise import (
-    Profile,
+    NoiseProfile,
     faded,
     flat_profile,
     multisine,
@@ -92,13 +92,15 @@ def test_shock_sum_rest_and_samples():
 
 
 def test_the_rms_of_a_profile_is_its_integral():
-    profile = Profile((20.0, 80.0, 350.0, 2000.0), (0.01, 0.04, 0.04, 0.007))
+    profile = NoiseProfile((20.0, 80.0, 350.0, 2000.0), (0.01, 0.04, 0.04, 0.007))
     frequency = np.geomspace(20.0, 2000.0, 200001)
     density = profile.at(frequency)
     integral = np.sum(0.5 * (density[1:] + density[:-1]) * np.diff(frequency))
     assert_allclose(profile.rms, np.sqrt(integral), rtol=1e-6)
     assert_allclose(flat_profile(10.0, 110.0, 0.09).rms, 3.0)
-    slope = Profile((10.0, 100.0), (1.0, 0.1))  # the exponent -1 has a logarithm as integral
+    slope = NoiseProfile(
+        (10.0, 100.0), (1.0, 0.1)
+    )  # the exponent -1 has a logarithm as integral
     assert_allclose(slope.rms, np.sqrt(10.0 * np.log(10.0)))
     assert_allclose(profile.at(np.array([1.0, 40.0, 3000.0])), [0.0, 0.02, 0.0])
 
@@ -115,11 +117,11 @@ def test_the_rms_of_a_profile_is_its_integral():
 )
 def test_a_profile_that_is_none_is_refused(frequency, density, message):
     with pytest.raises(ValueError, match=message):
-        Profile(frequency, density)
+        NoiseProfile(frequency, density)
 
 
 def test_noise_has_the_density_of_its_profile():
-    profile = Profile((50.0, 200.0, 800.0), (0.1, 1.0, 0.05))
+    profile = NoiseProfile((50.0, 200.0, 800.0), (0.1, 1.0, 0.05))
     noise = random_noise(profile, 200.0, 4000.0, np.random.default_rng(1))
     frequency, density = welch(noise, 4000.0, nperseg=4000)
     inside = (frequency > 60.0) & (frequency < 750.0)

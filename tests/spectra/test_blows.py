@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
-from shakerproc.spectra.hammer.blows import Cut, Setup, windowed
+from shakerproc.spectra.hammer.blows import BlockCut, Setup, windowed
 from shakerproc.spectra.hammer.strikes import Strikes, find_strikes, usual_length
 from shakerproc.spectra.range_ends import range_ends
 
@@ -36,7 +36,7 @@ def judged(force, responses, at, length=1000):
     at = min(strikes.samples, key=lambda sample: abs(sample - at))
     rows = np.array([force, *responses])
     ends = range_ends(np.split(rows, [300, 1020], axis=1))
-    cut = Cut(50, length, None, 0.0, RATE)
+    cut = BlockCut(50, length, None, 0.0, RATE)
     names = ("hammer", *(f"a{i}" for i in range(1, len(rows))))
     block = rows[:, at - 50 : at - 50 + length]
     rest = block[:, : cut.quiet].std(axis=1, ddof=1) if cut.quiet > 1 else np.zeros(len(block))
@@ -153,14 +153,14 @@ def test_what_is_left_at_the_end_is_that_of_the_decay():
 
 
 def test_a_block_beyond_the_recording_says_so():
-    cut = Cut(50, 1000, None, 0.0, RATE)
+    cut = BlockCut(50, 1000, None, 0.0, RATE)
     assert incomplete(1000, cut, 10_000) == ""
     assert "begins 0.02 s before it, pretrigger is 0.05 s" in incomplete(20, cut, 10_000)
     assert "ends 0.5 s after it" in incomplete(9500, cut, 10_000)
 
 
 def test_windows_take_offsets_away_and_the_force_outside_the_pulse():
-    cut = Cut(50, 1000, 20, 5.0, RATE)
+    cut = BlockCut(50, 1000, 20, 5.0, RATE)
     block = np.array([force_of([(45, 100.0)], 1000, 0.1, 3.0), np.full(1000, -2.0)])
     names, ends = ("hammer", "a1"), np.full((2, 2), np.nan)
     found = windowed(

@@ -9,10 +9,12 @@ import pytest
 from shakerproc.errors import DocumentError
 from shakerproc.studies import read_study
 from shakerproc.studies.simulated import simulated
-from shakerproc.studies.study import Run
+from shakerproc.studies.study import StudyRun
 
 STUDIES = Path(__file__).parents[2] / "configs" / "studies"
-RUN = Run("sine sweep", level=5.0, from_hz=0.0, to_hz=10.0, duration=2.0, sample_rate=500.0)
+RUN = StudyRun(
+    "sine sweep", level=5.0, from_hz=0.0, to_hz=10.0, duration=2.0, sample_rate=500.0
+)
 
 
 @pytest.fixture(scope="module")
@@ -42,14 +44,16 @@ def test_a_solver_of_matlabs_kind_falls_with_its_tolerance(model, method):
 
 def test_a_base_that_moves_gives_absolute_acceleration():
     shaken = read_study(STUDIES / "temperature.yaml").model
-    run = Run("sine", level=5.0, frequency=50.0, duration=0.2, sample_rate=20_000.0)
+    run = StudyRun("sine", level=5.0, frequency=50.0, duration=0.2, sample_rate=20_000.0)
     exact = simulated(shaken, run, growth=False).acceleration
     found = simulated(shaken, replace(run, method="Newmark")).acceleration
     assert np.max(np.abs(found - exact)) < 1e-2 * np.max(np.abs(exact))
 
 
 def test_random_excitation_is_drawn_alike_for_every_method(model):
-    run = Run("random", level=2.0, from_hz=1.0, to_hz=10.0, duration=1.0, sample_rate=1000.0)
+    run = StudyRun(
+        "random", level=2.0, from_hz=1.0, to_hz=10.0, duration=1.0, sample_rate=1000.0
+    )
     assert error(model, replace(run, method="RK45", tolerance=1e-8)) < 1e-2
 
 

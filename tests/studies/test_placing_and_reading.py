@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from shakerproc.errors import DocumentError
-from shakerproc.studies import Run, read_study
+from shakerproc.studies import StudyRun, read_study
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.kinds.base import jobs_of
 from shakerproc.studies.placing import placed, unit_of_place
@@ -227,5 +227,5 @@ def test_places_of_a_run_and_of_masses(write):
     model, run = placed(study.model, study.run, ["run.seed", "run.to"], 7.0)
     assert (run.seed, run.to_hz) == (7, 7.0)
     assert isinstance(run.seed, int)
-    model, run = placed(model, Run("free"), ["masses.mass"], 2.0)
+    model, run = placed(model, StudyRun("free"), ["masses.mass"], 2.0)
     assert model.masses["mass"] == 2.0

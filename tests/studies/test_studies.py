@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.report.study import study_figure
+from shakerproc.report.models.study import study_figure
 from shakerproc.simulation import closed_forms
-from shakerproc.studies import Measure, Run, Study, Variation, read_study, run_study
+from shakerproc.studies import Measure, Study, StudyRun, Variation, read_study, run_study
 from shakerproc.studies.checks import VERDICTS, trend_of
 from shakerproc.studies.estimators import Spectrum, in_words, peak_frequency, spectrum
 from shakerproc.studies.simulated import ensemble, excitation_of, signal_of, simulated, strobe
@@ -33,7 +33,7 @@ def gap(clearance=5e-3, damping_ratio=0.01):
     return Model("gap", {"mass": 1.0}, elements, Excitation("force", "mass"))
 
 
-SWEEP = Run("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
+SWEEP = StudyRun("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
 
 
 def without_ensembles(name):
@@ -145,7 +145,7 @@ def bifurcation(values):
         kind="bifurcation",
         figure="",
         model=gap(),
-        run=Run("sine", level=5.0, frequency=4.0),
+        run=StudyRun("sine", level=5.0, frequency=4.0),
         measure=Measure(),
         vary=(Variation("F", "N", ("run.level",), values, tuple(f"{v:g} N" for v in values)),),
         claim=None,
@@ -167,7 +167,7 @@ def test_strobe_takes_each_phase_where_it_is():
     spring = (Element(EFFECTS["spring"](stiffness=1000.0), ("base", "mass")),)
     damper = (Element(EFFECTS["damper"](damping=20.0), ("base", "mass")),)
     shaken = Model("linear", {"mass": 1.0}, spring + damper, Excitation("force", "mass"))
-    run = Run("sine", level=2.0, frequency=3.0)
+    run = StudyRun("sine", level=2.0, frequency=3.0)
     x, v, growth = strobe(shaken, run, periods=3, settle=40, phases=4)
     assert growth < 10.0
     omega = 6.0 * np.pi
@@ -186,7 +186,7 @@ def test_looking_once_a_period_needs_a_sine():
 @pytest.mark.parametrize("down", [False, True])
 def test_a_sweep_runs_from_end_to_end(octaves, down):
     """The frequency is the derivative of the phase, at both ends and half-way."""
-    run = Run(
+    run = StudyRun(
         "sine sweep",
         level=1.0,
         from_hz=2.0,
@@ -207,7 +207,7 @@ def test_a_sweep_runs_from_end_to_end(octaves, down):
 
 
 def test_random_excitation_has_its_rms_and_band():
-    run = Run("random", level=3.0, from_hz=5.0, to_hz=50.0, duration=20.0, seed=4)
+    run = StudyRun("random", level=3.0, from_hz=5.0, to_hz=50.0, duration=20.0, seed=4)
     samples = excitation_of(run)
     assert samples.size == 10_001
     assert_allclose(np.sqrt(np.mean(samples**2)), 3.0, rtol=1e-12)
@@ -240,7 +240,7 @@ def test_estimators_find_the_line_of_a_sine():
 
 
 def test_neighbouring_runs_begin_next_to_each_other():
-    run = Run("free", duration=1.0, initial_displacement=0.01)
+    run = StudyRun("free", duration=1.0, initial_displacement=0.01)
     runs = ensemble(gap(), run, 3)
     starts = [motion.displacement[0] for motion in runs]
     assert len(set(starts)) == 3

@@ -22,10 +22,10 @@ from shakerproc.studies.checks import (
     verdict_of,
 )
 from shakerproc.studies.kinds import KINDS
-from shakerproc.studies.kinds.base import Finding, jobs_of
+from shakerproc.studies.kinds.base import JobFinding, jobs_of
 from shakerproc.studies.motion_readings import period_of
 from shakerproc.studies.study import Claim
-from shakerproc.verification.base import Found
+from shakerproc.verification.base import ClaimFinding
 from shakerproc.verification.claims import thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -166,7 +166,7 @@ def test_a_kind_finds_every_quantity_that_it_declares():
     for name in ("figure_4_06", "figure_4_08", "figure_3_03", "figure_3_10", "gap_backbone"):
         study = read_study(CONFIGS / f"{name}.yaml")
         found = KINDS[study.kind].compute(study, jobs_of(study)[0])
-        assert isinstance(found, Finding)
+        assert isinstance(found, JobFinding)
         assert set(found.quantities) == set(KINDS[study.kind].quantities)
 
 
@@ -184,7 +184,7 @@ def test_a_bound_holds_for_what_lies_on_its_side(values, bound, within):
         assert (check.passed, check.of) == (sum(true), len(true))
         wanted = "held" if all(true) else "held in part" if any(true) else "did not hold"
         assert verdict_of([check]) == wanted
-        assert Found("", (check,)).held == wanted
+        assert ClaimFinding("", (check,)).held == wanted
 
 
 @given(st.lists(finite, min_size=2, max_size=8, unique=True), st.floats(0.0, 10.0))
@@ -247,8 +247,8 @@ def test_a_figure_has_one_verdict_wherever_it_is_asked_for(name):
 
 
 def test_every_statement_of_the_thesis_is_checked():
-    """None of the functions types its verdict: `Found` has no place for one."""
-    assert not {"held"} & set(Found.__slots__)
+    """None of the functions types its verdict: `ClaimFinding` has no place for one."""
+    assert not {"held"} & set(ClaimFinding.__slots__)
     cheap = [c for c in thesis_claims() if c.where.startswith(("eq.", "sec. 3", "table"))]
     for claim in cheap[:8]:
         outcome = claim.outcome()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 from shakerproc import units
-from shakerproc.campaign.result_table import Table
+from shakerproc.campaign.result_table import ResultTable
 from shakerproc.campaign.trends import SINGLE_FREQUENCY
 from shakerproc.errors import TableError
 
@@ -32,7 +32,7 @@ _ENDINGS: Final = {
 
 @final
 @dataclass(frozen=True, slots=True)
-class Tolerance:
+class ColumnTolerance:
     """How far a value may lie from the wanted one.
 
     Attributes
@@ -89,7 +89,7 @@ class Deviation:
 @final
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """What came of holding a table against a reference.
+    """Result of the comparison of a table with a reference.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Agreement:
         return not self.deviations and not self.missing
 
 
-def read_tolerance(text: str) -> Tolerance:
+def read_tolerance(text: str) -> ColumnTolerance:
     """Return a tolerance written as a share (``2 %``) or as a value (``0.5 Hz``).
 
     Raises
@@ -133,20 +133,22 @@ def read_tolerance(text: str) -> Tolerance:
             f"expected a share such as 2 %, or a value with its unit such as 0.5 Hz, "
             f"got {units.quoted(text)}"
         )
-    return Tolerance(plain, value / 100.0 if plain.endswith("%") else None)
+    return ColumnTolerance(plain, value / 100.0 if plain.endswith("%") else None)
 
 
-def agreement(table: Table, reference: Table, wanted: Mapping[str, Tolerance]) -> Agreement:
-    """Return what a table has of a reference within tolerance, and what not.
+def agreement(
+    table: ResultTable, reference: ResultTable, wanted: Mapping[str, ColumnTolerance]
+) -> Agreement:
+    """Return the agreement of a table with a reference, within tolerances.
 
     In a table of peaks, the tallest peak of each response and quantity is looked at; the peak
     frequency is that of the PSD, and a test with a single sine has none.
 
     Parameters
     ----------
-    table, reference : Table
+    table, reference : ResultTable
         What was found and what is wanted; the reference may hold fewer rows and columns.
-    wanted : mapping of str to Tolerance
+    wanted : mapping of str to ColumnTolerance
         Columns to compare; `PEAK` stands for the peak frequency in any table that has it.
 
     Raises
@@ -185,7 +187,7 @@ def agreement(table: Table, reference: Table, wanted: Mapping[str, Tolerance]) -
     )
 
 
-def _tests(table: Table) -> list[str]:
+def _tests(table: ResultTable) -> list[str]:
     return list(dict.fromkeys(row["test"] for row in table.rows))
 
 
@@ -202,17 +204,17 @@ def _unit_of(column: str) -> str:
     return next((unit for end, unit in _ENDINGS.items() if column.endswith(end)), "1")
 
 
-def _shared_names(table: Table, reference: Table, column: str) -> tuple[str, ...]:
+def _shared_names(table: ResultTable, reference: ResultTable, column: str) -> tuple[str, ...]:
     """Return the columns that name a value in both tables."""
     names = _NAMES[:2] if column == PEAK else _NAMES
     return tuple(n for n in names if n in table.columns and n in reference.columns)
 
 
-def _is_of_peaks(table: Table) -> bool:
+def _is_of_peaks(table: ResultTable) -> bool:
     return {"quantity", "rank", "frequency_hz"} <= set(table.columns)
 
 
-def _column_of(table: Table, column: str) -> str:
+def _column_of(table: ResultTable, column: str) -> str:
     """Return the header under which a table holds what was asked for.
 
     Raises
@@ -236,7 +238,7 @@ def _column_of(table: Table, column: str) -> str:
     )
 
 
-def _values(table: Table, column: str, names: Sequence[str]) -> dict[Key, float | None]:
+def _values(table: ResultTable, column: str, names: Sequence[str]) -> dict[Key, float | None]:
     """Return the numbers of a column by what names them.
 
     Raises
@@ -260,7 +262,7 @@ def _values(table: Table, column: str, names: Sequence[str]) -> dict[Key, float 
     return values
 
 
-def _is_meant(table: Table, row: Mapping[str, str], column: str) -> bool:
+def _is_meant(table: ResultTable, row: Mapping[str, str], column: str) -> bool:
     """Return whether a row holds what is compared: in a table of peaks, not every one does."""
     if not _is_of_peaks(table):
         return True
@@ -271,7 +273,7 @@ def _is_meant(table: Table, row: Mapping[str, str], column: str) -> bool:
     return tallest and row["quantity"] == "psd" and not is_tone
 
 
-def _number(table: Table, cell: str, header: str, line: int) -> float | None:
+def _number(table: ResultTable, cell: str, header: str, line: int) -> float | None:
     if not cell.strip():
         return None
     try:

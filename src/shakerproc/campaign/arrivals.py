@@ -15,8 +15,8 @@ _OURS: Final = frozenset({lock.NAME, manifest.NAME})
 
 @final
 @dataclass(frozen=True, slots=True)
-class Stamp:
-    """What tells that a file has changed.
+class FileStamp:
+    """Size and time of a file, by which a change is seen.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Stamp:
     modified: int
 
 
-Looked: TypeAlias = Mapping[Path, tuple[Stamp, float]]
+Looked: TypeAlias = Mapping[Path, tuple[FileStamp, float]]
 """The stamp of each file, and when it was first seen so, by the clock of whoever looks [s]."""
 
 
@@ -57,19 +57,19 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
 
     `now` is a time of the clock [s].
     """
-    found: dict[Path, tuple[Stamp, float]] = {}
+    found: dict[Path, tuple[FileStamp, float]] = {}
     for path in paths:
         try:
             status = path.stat()
         except OSError:
             continue
-        stamp = Stamp(status.st_size, status.st_mtime_ns)
+        stamp = FileStamp(status.st_size, status.st_mtime_ns)
         if stamp.size:
             same = path in before and before[path][0] == stamp
             found[path] = before[path] if same else (stamp, now)
     return found
 
 
-def standing(seen: Looked, settle: float, now: float) -> dict[Path, Stamp]:
+def standing(seen: Looked, settle: float, now: float) -> dict[Path, FileStamp]:
     """Return the files that have stood still for `settle` [s]."""
     return {path: stamp for path, (stamp, since) in seen.items() if now - since >= settle}

@@ -32,15 +32,15 @@ from shakerproc.campaign.manifest import (
     write_manifest,
 )
 from shakerproc.errors import ShakerprocError
-from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
+from shakerproc.executors import AbstractExecutor, Task, TaskOutcome, Work
 from shakerproc.runs import RunSummary, read_summary
 from shakerproc.runs.joining import combined, seen_files
 from shakerproc.testlog import Test, TestLog, facts_of
 
 
 @dataclass(frozen=True, slots=True)
-class Campaign:
-    """What a batch came to.
+class CampaignResult:
+    """Result of a batch.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Execution:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """What is told while tests are processed.
+    """Functions that are told the progress of a batch.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ def run_batch(
     accept_changed: bool = False,
     only: Collection[int | str] | None = None,
     progress: Progress = UNTOLD,
-) -> Campaign:
+) -> CampaignResult:
     """Process every test of a log that is not discarded and whose results do not stand.
 
     The manifest is written after each test, so that whatever ends this, the next call goes on
@@ -171,7 +171,7 @@ def run_batch(
         for test in log.tests
         if test.discarded or manifest.runs.get(names[test.id], NOTHING).key
     )
-    return Campaign(runs, len(to_do), len(ready) - len(to_do))
+    return CampaignResult(runs, len(to_do), len(ready) - len(to_do))
 
 
 def _part(log: TestLog, only: Collection[int | str]) -> TestLog:
@@ -181,7 +181,7 @@ def _part(log: TestLog, only: Collection[int | str]) -> TestLog:
 def _merged(
     log: TestLog, names: Mapping[int | str, str], known: Manifest, now: Manifest
 ) -> Mapping[str, Entry]:
-    """Return what is known of every test of a log, of which some are processed now."""
+    """Return the entries of every test of a log, of which some are processed now."""
     both = {**known.runs, **now.runs}
     return {names[t.id]: both[names[t.id]] for t in log.active if names[t.id] in both}
 
@@ -244,7 +244,7 @@ def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:
 def _known(
     root: Path, names: Collection[str], on_outdated: Callable[[int], object]
 ) -> Manifest:
-    """Return what is known of a folder; of results that are not relied on, only their files."""
+    """Return the earlier entries of a folder; of results that are not relied on, only files."""
     check_owner(root, "batch")
     known = read_manifest(root)
     if not known.outdated:
@@ -256,8 +256,8 @@ def _known(
     return Manifest(files_only, files=known.files)
 
 
-def _entry(outcome: Outcome, job: Job, key: str, first: str) -> Entry:
-    """Return what is to be known of a test; a failure is filed under what was known before."""
+def _entry(outcome: TaskOutcome, job: Job, key: str, first: str) -> Entry:
+    """Return the entry of a test; a failure keeps the hash that was known before."""
     cause, error = outcome.cause, outcome.error
     digest = outcome.value.get("sha256", "")
     if not cause and digest != job.sha256:
@@ -268,7 +268,7 @@ def _entry(outcome: Outcome, job: Job, key: str, first: str) -> Entry:
 
 
 def _summary(test: Test, folder: Path, manifest: Manifest) -> RunSummary:
-    """Return what is known of a test after the batch."""
+    """Return the summary of a test after the batch."""
     recording = "" if test.recording is None else test.recording.name
     base = RunSummary(str(test.id), "discarded", facts_of(test), recording)
     if test.discarded:

@@ -85,7 +85,7 @@ class Change:
 @final
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """What became of an earlier campaign.
+    """Changes since an earlier campaign.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ def read_earlier(folder: Path) -> Earlier:
 
 
 def changes(runs: Sequence[RunSummary], earlier: Sequence[RunSummary]) -> Changes:
-    """Return what differs between the tests of two campaigns, by their ids."""
+    """Return the differences between the tests of two campaigns, by their ids."""
     now = {run.test: run for run in runs if run.status == "done"}
     before = {run.test: run for run in earlier if run.status == "done"}
     return Changes(

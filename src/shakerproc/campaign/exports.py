@@ -12,7 +12,7 @@ from shakerproc import files
 from shakerproc.campaign.collecting import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.runs import RunResult
-from shakerproc.runs.pairs import Pair, functions_of
+from shakerproc.runs.pairs import ChannelPair, functions_of
 from shakerproc.runs.result import shown_ratio, shown_unit
 from shakerproc.runs.roles import uses_of_channels
 from shakerproc.runs.tables import spectra_columns
@@ -94,7 +94,7 @@ def _against_controls(result: RunResult) -> dict[str, Any]:
     }
 
 
-def _functions(result: RunResult, pairs: Sequence[Pair]) -> dict[str, Any]:
+def _functions(result: RunResult, pairs: Sequence[ChannelPair]) -> dict[str, Any]:
     """Return the functions over forces, or those that the log asks for, for MATLAB."""
     arrays = ("h1", "h2", "hv", "low", "high", "coherence", "excited")
     return {

@@ -35,7 +35,7 @@ NEVER: Final = 1e6
 
 @final
 @dataclass(frozen=True, slots=True)
-class Sighting:
+class PeakSighting:
     """A peak that belongs to a mode.
 
     Attributes
@@ -94,7 +94,7 @@ def followed(runs: Sequence[Sequence[PeakSummary]]) -> Followed:
     runs : sequence of sequence of PeakSummary
         Peaks of one channel in each run, tallest first.
     """
-    modes: list[list[Sighting]] = []
+    modes: list[list[PeakSighting]] = []
     # the runs with most peaks come first: they tell modes apart that others show one by one
     for run in sorted(range(len(runs)), key=lambda run: -len(runs[run])):
         peaks = _distinct(runs[run])
@@ -109,7 +109,7 @@ def followed(runs: Sequence[Sequence[PeakSummary]]) -> Followed:
         for i, peak in enumerate(peaks):
             if i not in continued:
                 modes.append([])
-            continued.get(i, modes[-1]).append(Sighting(run, peak))
+            continued.get(i, modes[-1]).append(PeakSighting(run, peak))
     if not modes:
         return Followed((None,) * len(runs), ((),) * len(runs), by_shape=False)
     chosen = max(modes, key=lambda mode: sum(s.peak is runs[s.run][0] for s in mode))

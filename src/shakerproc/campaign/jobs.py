@@ -27,7 +27,7 @@ _NOT_INPUT: Final = ("source", "folder", "recording")
 
 @dataclass(frozen=True, slots=True)
 class Products:
-    """What is written for each test, beside its summary.
+    """Files that are written for each test, beside its summary.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def relative_recording(log: TestLog, test: Test) -> str:
 
 
 def input_of(test: Test) -> dict[str, object]:
-    """Return what the log says of a test, without where it says so."""
+    """Return the entries of the log for a test, without their places in the file."""
     return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from shakerproc.campaign.result_table import Table, read_table
+from shakerproc.campaign.result_table import ResultTable, read_table
 from shakerproc.errors import TableError
 from shakerproc.numerals import numeral
 from shakerproc.runs.calibrations import EXPIRED
@@ -158,7 +158,7 @@ def profiles_kept(path: Path) -> Keeping:
     )
 
 
-def _cell(row: Mapping[str, str], table: Table, name: str) -> str:
+def _cell(row: Mapping[str, str], table: ResultTable, name: str) -> str:
     """Return a cell of a row.
 
     Raises
@@ -171,11 +171,11 @@ def _cell(row: Mapping[str, str], table: Table, name: str) -> str:
     return row[name].strip().lower() if name == "kept" else row[name]
 
 
-def _is_kept(row: Mapping[str, str], table: Table) -> bool:
+def _is_kept(row: Mapping[str, str], table: ResultTable) -> bool:
     return _cell(row, table, "kept") == "true"
 
 
-def _number(row: Mapping[str, str], table: Table, name: str) -> float:
+def _number(row: Mapping[str, str], table: ResultTable, name: str) -> float:
     """Return the number in a cell.
 
     Raises
@@ -191,7 +191,7 @@ def _number(row: Mapping[str, str], table: Table, name: str) -> float:
         ) from error
 
 
-def _broken(row: Mapping[str, str], table: Table) -> BrokenLine:
+def _broken(row: Mapping[str, str], table: ResultTable) -> BrokenLine:
     return BrokenLine(
         row["test"],
         _cell(row, table, "profile"),
@@ -201,7 +201,7 @@ def _broken(row: Mapping[str, str], table: Table) -> BrokenLine:
     )
 
 
-def _worst(rows: Sequence[Mapping[str, str]], table: Table) -> Worst:
+def _worst(rows: Sequence[Mapping[str, str]], table: ResultTable) -> Worst:
     """Return the worst line of a test: of those that are broken, if any is."""
     broken = [row for row in rows if not _is_kept(row, table)] or rows
     row = max(broken, key=lambda row: _number(row, table, "exceedance_db"))

@@ -1,4 +1,4 @@
-"""What was made from what: the file by which a batch resumes."""
+"""The manifest: inputs of every result, by which a batch resumes."""
 
 import hashlib
 import json
@@ -31,7 +31,7 @@ Status: TypeAlias = Literal["done", "failed"]
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What is known of one test of the log.
+    """State of one test of the log.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """What a folder of results holds.
+    """Contents of a folder of results.
 
     Attributes
     ----------

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from shakerproc.campaign.trend import Seen, Trend, TrendRequest
+from shakerproc.campaign.trend import Trend, TrendRequest, TrendValue
 from shakerproc.campaign.trend_sentences import shift_sentence
 from shakerproc.campaign.trends import label_of, standard_trends, trend_over
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
@@ -39,7 +39,7 @@ def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
 
 
 def told_of_modes(analysis: ModalAnalysis) -> tuple[str, ...]:
-    """Return what each mode does with clearance or level, a sentence each."""
+    """Return the shift of each mode with clearance or level, a sentence each."""
     told = (
         shift_sentence(
             seen_of(analysis, track),
@@ -51,7 +51,7 @@ def told_of_modes(analysis: ModalAnalysis) -> tuple[str, ...]:
     return tuple(text for text in told if text)
 
 
-def seen_of(analysis: ModalAnalysis, track: Track) -> list[Seen]:
+def seen_of(analysis: ModalAnalysis, track: Track) -> list[TrendValue]:
     """Return the frequency of a mode in every test, and how far its interval reaches."""
     modes = {sighting.test: sighting.mode for sighting in track.sightings}
     found = []
@@ -59,12 +59,12 @@ def seen_of(analysis: ModalAnalysis, track: Track) -> list[Seen]:
         mode = modes.get(place)
         low, high = (0.0, 0.0) if mode is None else one.modes.frequency_bounds[:, mode]
         frequency = None if mode is None else float(one.modes.frequency[mode])
-        found.append(Seen(one.name, _facts(analysis, one), frequency, float(high - low)))
+        found.append(TrendValue(one.name, _facts(analysis, one), frequency, float(high - low)))
     return found
 
 
 def _facts(analysis: ModalAnalysis, one: TestModes) -> Mapping[str, Value]:
-    """Return what the log says of a test; which log, where there are two."""
+    """Return the facts of a test in its log; the name of the log, where there are two."""
     owner, colon, _ = one.name.rpartition(":")
     both = any(":" in other.name for other in analysis.tests)
     campaign = {"campaign": owner if colon else "this log"} if both else {}
@@ -88,7 +88,7 @@ def _request(column: str, by: tuple[str, ...]) -> TrendRequest:
 
 
 def _trend(
-    request: TrendRequest, seen: list[Seen], number: int, frequency: float
+    request: TrendRequest, seen: list[TrendValue], number: int, frequency: float
 ) -> Trend | None:
     """Return a trend of the peak frequency as one of a mode."""
     plain = re.sub(r"^figure_\d+_\d+_", "", request.name)

@@ -12,7 +12,7 @@ from typing import Any, final
 from shakerproc import files
 from shakerproc.campaign.jobs import RUNS, Hashed, Job, relative_recording
 from shakerproc.errors import RecordingError, ShakerprocError
-from shakerproc.executors import AbstractExecutor, Outcome, Task, Work
+from shakerproc.executors import AbstractExecutor, Task, TaskOutcome, Work
 from shakerproc.recordings import fetch, sha256
 from shakerproc.testlog import Test, TestLog
 
@@ -124,14 +124,14 @@ class RemoteExecutor(AbstractExecutor):
     executor: AbstractExecutor
     source: str
 
-    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[TaskOutcome]:
         jobs = {task.name: task.argument for task in tasks}
         orders = [Task(name, Order(work, job, self.source)) for name, job in jobs.items()]
         for outcome in self.executor.run(work_remotely, orders):
             yield outcome if outcome.cause else _received(outcome, jobs[outcome.name])
 
 
-def _received(outcome: Outcome, job: Job) -> Outcome:
+def _received(outcome: TaskOutcome, job: Job) -> TaskOutcome:
     """Return the outcome with its files written below the root."""
     expected = dict(outcome.value["outputs"])
     for name, text in outcome.value["content"].items():
@@ -139,9 +139,9 @@ def _received(outcome: Outcome, job: Job) -> Outcome:
         path = (job.root / name).resolve()
         inside = path.is_relative_to(job.folder.resolve())
         if not inside or hashlib.sha256(content).hexdigest() != expected.get(name):
-            return Outcome(outcome.name, cause="error", error=f"{name} came back damaged")
+            return TaskOutcome(outcome.name, cause="error", error=f"{name} came back damaged")
         files.write_bytes(job.root / name, content)
-    return Outcome(outcome.name, {"outputs": expected, "sha256": outcome.value["sha256"]})
+    return TaskOutcome(outcome.name, {"outputs": expected, "sha256": outcome.value["sha256"]})
 
 
 @final

@@ -15,7 +15,7 @@ from shakerproc.runs.former_names import former_note, present_name
 
 @final
 @dataclass(frozen=True, slots=True)
-class Table:
+class ResultTable:
     """A table of runs, every cell as text.
 
     Attributes
@@ -39,7 +39,7 @@ class Table:
     notes: tuple[str, ...] = ()
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> ResultTable:
     """Return a table that a batch has written (CSV or Parquet), or one like it.
 
     Raises
@@ -60,7 +60,7 @@ def read_table(path: Path) -> Table:
     return table
 
 
-def _renamed(table: Table) -> Table:
+def _renamed(table: ResultTable) -> ResultTable:
     """Return a table with the present names of its columns."""
     notes = tuple(filter(None, (former_note(name, str(table.path)) for name in table.columns)))
     if not notes:
@@ -74,7 +74,7 @@ def _renamed(table: Table) -> Table:
     )
 
 
-def _read_csv(path: Path) -> Table:
+def _read_csv(path: Path) -> ResultTable:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -96,10 +96,10 @@ def _read_csv(path: Path) -> Table:
             lines.append(reader.line_num)
     except csv.Error as error:
         raise TableError(f"{path}:{reader.line_num}: no CSV: {error}") from error
-    return Table(path, tuple(header), tuple(rows), tuple(lines))
+    return ResultTable(path, tuple(header), tuple(rows), tuple(lines))
 
 
-def _read_parquet(path: Path) -> Table:
+def _read_parquet(path: Path) -> ResultTable:
     if lacks := without_parquet():
         raise TableError(f"{path}: {lacks}")
     import pyarrow as pa
@@ -114,14 +114,14 @@ def _read_parquet(path: Path) -> Table:
         MappingProxyType({name: _text(cell) for name, cell in row.items()})
         for row in table.to_pylist()
     )
-    return Table(path, tuple(table.column_names), rows, tuple(range(1, len(rows) + 1)))
+    return ResultTable(path, tuple(table.column_names), rows, tuple(range(1, len(rows) + 1)))
 
 
 def _text(cell: Any) -> str:
     return "" if cell is None else str(cell)
 
 
-_READERS: Final[Mapping[str, Callable[[Path], Table]]] = MappingProxyType({
+_READERS: Final[Mapping[str, Callable[[Path], ResultTable]]] = MappingProxyType({
     ".csv": _read_csv,
     ".parquet": _read_parquet,
 })

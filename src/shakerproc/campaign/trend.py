@@ -1,4 +1,4 @@
-"""What a trend is: what tests say of a frequency, against what the log says of the tests."""
+"""Trends: a frequency of each test against a fact of the log."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from shakerproc.runs.summary import Value
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class TrendPoint:
     """One run in a trend.
 
     Attributes
@@ -60,7 +60,7 @@ class Trend:
     caption: str
     x_label: str
     channel: str
-    series: Mapping[str, tuple[Point, ...]]
+    series: Mapping[str, tuple[TrendPoint, ...]]
     quantity: str = "peak frequency [Hz]"
     bars: str = "width of a bin"
 
@@ -76,8 +76,8 @@ class Trend:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """What one test says of a quantity that is set against others.
+class TrendValue:
+    """Value that one test gives of a quantity of a trend.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Seen:
     width_hz : float
         How far its bar reaches, both sides together [Hz].
     present_s, promised_s : float or None
-        As of a `Point`.
+        As of a `TrendPoint`.
     left_out : str
         Why the test takes no part; empty where it does.
     tallest_hz : float or None
@@ -115,7 +115,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class TrendRequest:
-    """What to set against what.
+    """Quantities that a trend sets against each other.
 
     Attributes
     ----------

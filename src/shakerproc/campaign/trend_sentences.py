@@ -1,10 +1,10 @@
-"""What trends come to, in sentences."""
+"""Trends in sentences."""
 
 import math
 from collections.abc import Sequence
 from typing import Final
 
-from shakerproc.campaign.trend import Point, Seen, TrendRequest
+from shakerproc.campaign.trend import TrendPoint, TrendRequest, TrendValue
 from shakerproc.campaign.trends import peaks_of, shown, told_of, trend_over
 from shakerproc.numerals import numeral
 from shakerproc.runs.summary import RunSummary
@@ -23,12 +23,12 @@ _ASKED: Final = (
 
 
 def trend_sentence(runs: Sequence[RunSummary], channel: str) -> str:
-    """Return what the peak frequency does with clearance or level; empty if not known."""
+    """Return the shift of the peak frequency with clearance or level; empty if unknown."""
     return shift_sentence(peaks_of(runs, channel), f"peak frequency of {channel}")
 
 
-def shift_sentence(tests: Sequence[Seen], name: str) -> str:
-    """Return what a frequency does with clearance or level; empty if nothing is known.
+def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
+    """Return the shift of a frequency with clearance or level; empty if unknown.
 
     Of several series (joints, orientations) the one with the largest shift is told.
     """
@@ -51,8 +51,8 @@ def shift_sentence(tests: Sequence[Seen], name: str) -> str:
     return ""
 
 
-def _remarks(ends: Sequence[Seen]) -> list[str]:
-    """Return what is to be known of the first and the last test of a shift, in sentences."""
+def _remarks(ends: Sequence[TrendValue]) -> list[str]:
+    """Return remarks on the first and the last test of a shift, a sentence each."""
     told = told_of(ends)
     first, last = (one.test for one in ends)
     if last in ends[0].unsure:
@@ -63,7 +63,7 @@ def _remarks(ends: Sequence[Seen]) -> list[str]:
     return told
 
 
-def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> str:
+def _sentence(name: str, points: Sequence[TrendPoint], column: str, where: str) -> str:
     first, last = points[0], points[-1]
     start, stop = first.frequency_hz, last.frequency_hz
     low, high = (_place(p, column) for p in (first, last))
@@ -84,7 +84,7 @@ def _sentence(name: str, points: Sequence[Point], column: str, where: str) -> st
     )
 
 
-def _place(point: Point, column: str) -> str:
+def _place(point: TrendPoint, column: str) -> str:
     assert isinstance(point.x, float)  # noqa: S101 - numeric trends only
     return shown(column, point.x * (1e-3 if column == "clearance_m" else 1.0))
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Final
 
 from shakerproc.campaign.following import followed
-from shakerproc.campaign.trend import Point, Seen, Trend, TrendRequest
+from shakerproc.campaign.trend import Trend, TrendPoint, TrendRequest, TrendValue
 from shakerproc.errors import LogError
 from shakerproc.numerals import numeral
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
@@ -56,7 +56,7 @@ def _height(channel: ChannelSummary) -> float:
 
 
 def standard_trends(
-    tests: Sequence[RunSummary | Seen], *, thesis: bool = False
+    tests: Sequence[RunSummary | TrendValue], *, thesis: bool = False
 ) -> list[TrendRequest]:
     """Return the trends of every log; `thesis` names those of its figures 5.45 to 5.49."""
     joints = list(dict.fromkeys(str(t.facts["joint"]) for t in tests if t.facts.get("joint")))
@@ -175,7 +175,7 @@ def trend(runs: Sequence[RunSummary], request: TrendRequest, channel: str) -> Tr
     return trend_over(peaks_of(runs, channel), request, channel, f"Channel {channel}, {{}}")
 
 
-def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[Seen]:
+def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[TrendValue]:
     """Return the peak of one mode of a channel in every run: the mode that is tallest most."""
     tallest = [main_peak(run, channel) for run in runs]
     mode = followed([
@@ -183,7 +183,7 @@ def peaks_of(runs: Sequence[RunSummary], channel: str) -> list[Seen]:
         for run, peak in zip(runs, tallest, strict=True)
     ])
     return [
-        Seen(
+        TrendValue(
             run.test,
             run.facts,
             None if peak is None else peak.frequency_hz,
@@ -204,13 +204,13 @@ def _peaks(run: RunSummary, channel: str) -> tuple[PeakSummary, ...]:
 
 
 def trend_over(
-    tests: Sequence[Seen], request: TrendRequest, channel: str, ending: str
+    tests: Sequence[TrendValue], request: TrendRequest, channel: str, ending: str
 ) -> Trend | None:
-    """Return what was seen against a quantity; None where it has fewer than two values.
+    """Return the trend over a quantity; None where it has fewer than two values.
 
     Parameters
     ----------
-    tests : sequence of Seen
+    tests : sequence of TrendValue
         In the order of the log.
     request : TrendRequest
         What to set against what.
@@ -218,8 +218,8 @@ def trend_over(
         Whose values they are, and the end of the caption; of a peak that is followed, with a
         place for how.
     """
-    series: dict[str, list[Point]] = {}
-    taken: list[Seen] = []
+    series: dict[str, list[TrendPoint]] = {}
+    taken: list[TrendValue] = []
     left_out: list[str] = []
     for one in tests:
         x = one.facts.get(request.x)
@@ -232,13 +232,13 @@ def trend_over(
             continue
         label = ", ".join(filter(None, (shown(c, one.facts.get(c)) for c in request.by)))
         place = float(x) * _scale(request.x) if _is_number(x) else str(x)
-        point = Point(
+        point = TrendPoint(
             one.test, place, one.frequency_hz, one.width_hz, one.present_s, one.promised_s
         )
         series.setdefault(label or "all runs", []).append(point)
     if len({p.x for points in series.values() for p in points}) < 2:
         return None
-    key: Callable[[Point], tuple[bool, float, str]] = lambda p: (  # noqa: E731
+    key: Callable[[TrendPoint], tuple[bool, float, str]] = lambda p: (  # noqa: E731
         isinstance(p.x, str),
         p.x if isinstance(p.x, float) else 0.0,
         str(p.x),
@@ -251,7 +251,7 @@ def trend_over(
     return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
 
 
-def _how(taken: Sequence[Seen]) -> str:
+def _how(taken: Sequence[TrendValue]) -> str:
     """Return which peak the points of a trend are."""
     if not any(one.tallest_hz for one in taken):
         return "tallest peak of the PSD in the band."
@@ -259,7 +259,7 @@ def _how(taken: Sequence[Seen]) -> str:
     return f"the mode that makes the tallest peak of most tests, followed {how}."
 
 
-def told_of(taken: Sequence[Seen]) -> list[str]:
+def told_of(taken: Sequence[TrendValue]) -> list[str]:
     """Return where the tallest peak is not of the mode that is followed, in sentences."""
     away = [
         f"{numeral(one.tallest_hz, 4)} Hz in test {one.test}"
@@ -270,7 +270,9 @@ def told_of(taken: Sequence[Seen]) -> list[str]:
     return [f"Another mode makes the tallest peak: {', '.join(away)}."] if away else []
 
 
-def _jumps(series: Mapping[str, Sequence[Point]], taken: Sequence[Seen]) -> list[str]:
+def _jumps(
+    series: Mapping[str, Sequence[TrendPoint]], taken: Sequence[TrendValue]
+) -> list[str]:
     """Return between which tests a series may have jumped to another mode, in sentences."""
     unsure = {one.test: one.unsure for one in taken}
     return [
@@ -282,7 +284,7 @@ def _jumps(series: Mapping[str, Sequence[Point]], taken: Sequence[Seen]) -> list
     ]
 
 
-def _takes_part(one: Seen, request: TrendRequest, tests: Sequence[Seen]) -> bool:
+def _takes_part(one: TrendValue, request: TrendRequest, tests: Sequence[TrendValue]) -> bool:
     """Return whether a test has the values asked for, where any test has a value there."""
     return all(
         one.facts.get(column) == value

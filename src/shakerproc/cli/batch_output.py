@@ -1,10 +1,10 @@
-"""What is said on the terminal of a batch."""
+"""Terminal output of a batch."""
 
 from pathlib import Path
 from typing import Any
 
 from shakerproc.campaign import trends
-from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.batch import CampaignResult
 from shakerproc.cli import output
 from shakerproc.runs import RunSummary
 from shakerproc.runs.calibrations import EXPIRED
@@ -12,7 +12,7 @@ from shakerproc.runs.remarks import by_tests
 
 
 def tell(
-    campaign: Campaign, document: dict[str, Any], root: Path, json_target: str | None
+    campaign: CampaignResult, document: dict[str, Any], root: Path, json_target: str | None
 ) -> None:
     """Say on the terminal what came of a batch."""
     channel = document["trend_channel"]

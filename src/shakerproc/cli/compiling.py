@@ -1,4 +1,4 @@
-"""What is said and done while the kernels are compiled: on the first run, after an update."""
+"""Messages while the kernels are compiled: on the first run, after an update."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What `shakerproc modes` says: the JSON document and the tables."""
+"""Output of `shakerproc modes`: the JSON document and the tables."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""What is told of the channels of a recording that is to shake a model."""
+"""Messages on the channels of a recording that is to shake a model."""
 
 from typing import TYPE_CHECKING
 

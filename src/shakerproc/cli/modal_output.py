@@ -1,4 +1,4 @@
-"""What is said on the terminal of a modal analysis, and the folder that it is written to."""
+"""Terminal output of a modal analysis, and the folder that it is written to."""
 
 from collections.abc import Sequence
 from pathlib import Path

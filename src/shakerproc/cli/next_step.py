@@ -1,4 +1,4 @@
-"""What to do after a command, with the words to type."""
+"""Next step after a command, with the words to type."""
 
 import re
 import shlex

@@ -53,7 +53,7 @@ def own_effects(path: Path | None) -> Path | None:
 
 
 def effects_of(path: Path | None) -> dict[str, dict[str, str]]:
-    """Return what the JSON of a command says of its effects: the hash of their file."""
+    """Return the JSON entry of the user's effects: the hash of their file."""
     if path is None:
         return {}
     from shakerproc.model_files.effect_files import effect_hashes
@@ -95,7 +95,7 @@ def window_of(value: str | None) -> str | None:
 
 
 def detrend_of(value: str | None) -> str | None:
-    """Return what mean is removed; see `option_values.detrend_of`."""
+    """Return the option on the mean that is removed; see `option_values.detrend_of`."""
     if value is None:
         return None
     from shakerproc.workflows import option_values
@@ -340,7 +340,7 @@ ExportOption: TypeAlias = Annotated[
 
 
 def bad_rows_of(text: str | None) -> "BadRows":
-    """Return what is done with bad rows; see `option_values.bad_rows_of`."""
+    """Return the option on bad rows; see `option_values.bad_rows_of`."""
     from shakerproc.workflows import option_values
 
     with usage():
@@ -378,7 +378,7 @@ def sampling_of(
     resample_hz: float | None,
     ignore_starts: bool = False,
 ) -> "Sampling":
-    """Return what was said of the times; see `option_values.sampling_of`."""
+    """Return the option on the times; see `option_values.sampling_of`."""
     from shakerproc.workflows import option_values
 
     with usage():

@@ -1,4 +1,4 @@
-"""What every command says: data to stdout, messages to stderr, JSON and tables alike."""
+"""Output of every command: data to stdout, messages to stderr, JSON and tables alike."""
 
 import os
 import shlex
@@ -164,7 +164,7 @@ def print_if(wanted: bool, page: Path) -> None:
     if not wanted:
         page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
         return
-    from shakerproc.report.pdf import print_report
+    from shakerproc.report.page.pdf import print_report
 
     message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 
@@ -185,7 +185,7 @@ def warning(text: str) -> None:
 
 @final
 class Once:
-    """What is said only once: before the long work, and not again with its results."""
+    """Messages that are given only once: before the long work, not again with its results."""
 
     def __init__(self) -> None:
         self._said: set[str] = set()

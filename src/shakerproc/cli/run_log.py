@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from shakerproc.campaign.batch import Campaign, Progress
+from shakerproc.campaign.batch import CampaignResult, Progress
 from shakerproc.campaign.jobs import Products
 from shakerproc.cli import output
 from shakerproc.testlog import TestLog
@@ -18,7 +18,7 @@ def work_through_log(
     machines: Machines,
     *,
     accept_changed: bool = False,
-) -> Campaign:
+) -> CampaignResult:
     """Process the tests of a log, with a progress bar."""
     with ExitStack() as stack:
         advance = [lambda _text: None]

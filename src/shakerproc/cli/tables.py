@@ -20,7 +20,7 @@ class Picture(str):
 
 @final
 @dataclass(frozen=True, slots=True)
-class Layout:
+class TableLayout:
     """Which columns of a table are printed, and how wide.
 
     Attributes
@@ -52,7 +52,7 @@ def fitted(
     numeric: Sequence[bool],
     width: int | None,
     spare: Sequence[str] = (),
-) -> Layout:
+) -> TableLayout:
     """Return how to print a table in so many characters.
 
     Empty columns are left out first; then headers and texts are wrapped between words, and
@@ -84,7 +84,7 @@ def fitted(
     ]
     kept = list(range(len(columns)))
     if width is None:
-        return Layout(tuple(kept), tuple(natural))
+        return TableLayout(tuple(kept), tuple(natural))
     empty = [i for i in kept if not any(row[i] for row in cells)] if cells else []
     named = [columns.index(name) for name in spare if name in columns]
     gone: list[int] = []
@@ -100,7 +100,7 @@ def fitted(
         [least[k] for k in kept],
     ):
         widths = _shrunk(widths, low, width)
-    return Layout(
+    return TableLayout(
         tuple(kept),
         tuple(widths),
         tuple(columns[i] for i in sorted(gone) if i in empty),
@@ -124,7 +124,7 @@ def _shrunk(natural: Sequence[int], least: Sequence[int], width: int) -> list[in
 
 
 def lines_of(
-    row: Sequence[str], layout: Layout, numeric: Sequence[bool], *, bottom: bool = False
+    row: Sequence[str], layout: TableLayout, numeric: Sequence[bool], *, bottom: bool = False
 ) -> list[str]:
     """Return the lines of one row of a table; of a header, the words stand at the bottom."""
     folded = [

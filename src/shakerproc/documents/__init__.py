@@ -6,13 +6,13 @@ Every message opens with ``file:line:column:``, says where, what was expected, w
 from shakerproc.documents.document import Document, read_document
 from shakerproc.documents.kinds import kind_of_file
 from shakerproc.documents.schema import FromList, Section, misplaced
-from shakerproc.documents.tree import Key, Place
+from shakerproc.documents.tree import DocumentPlace, Key
 
 __all__ = [
     "Document",
+    "DocumentPlace",
     "FromList",
     "Key",
-    "Place",
     "Section",
     "kind_of_file",
     "misplaced",

@@ -1,4 +1,4 @@
-"""What a YAML parser's complaint means for someone who writes a test log."""
+"""Meaning of a YAML parser's complaint for someone who writes a test log."""
 
 from typing import Final
 

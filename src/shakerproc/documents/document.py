@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from shakerproc.documents.kinds import kind_of
 from shakerproc.documents.schema import message_of
-from shakerproc.documents.tree import Key, Place, read_tree
+from shakerproc.documents.tree import DocumentPlace, Key, read_tree
 from shakerproc.errors import DocumentError
 from shakerproc.units import quoted
 
@@ -39,13 +39,13 @@ class Document(Generic[T]):
         What the file says.
     path : Path
         The file.
-    place : Place
+    place : DocumentPlace
         Where everything in it stands.
     """
 
     value: T
     path: Path
-    place: Place
+    place: DocumentPlace
 
     def error(
         self, place: Sequence[Key], message: str, *, at_key: bool = False
@@ -70,7 +70,7 @@ class Document(Generic[T]):
 
 
 def read_document(path: Path, schema: type[T]) -> Document[T]:
-    """Return what a YAML file says, checked against its schema.
+    """Return the content of a YAML file, checked against its schema.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _refuse_other_kind(path: Path, values: object, schema: type[BaseModel]) -> N
         raise DocumentError(path, 1, 1, f"expected {wanted}, and this is {found}")
 
 
-def _first_of(errors: list[ErrorDetails], path: Path, root: Place) -> DocumentError:
+def _first_of(errors: list[ErrorDetails], path: Path, root: DocumentPlace) -> DocumentError:
     """Return the error that stands first in the file."""
     together: dict[tuple[Key, ...], list[ErrorDetails]] = {}
     for error in errors:
@@ -131,7 +131,7 @@ def _first_of(errors: list[ErrorDetails], path: Path, root: Place) -> DocumentEr
 
 
 def _error_of(
-    path: Path, root: Place, aim: tuple[Key, ...], errors: list[ErrorDetails]
+    path: Path, root: DocumentPlace, aim: tuple[Key, ...], errors: list[ErrorDetails]
 ) -> DocumentError:
     if errors[0]["type"] != "unknown_key":
         at_key = "[key]" in errors[0]["loc"]
@@ -141,22 +141,22 @@ def _error_of(
 
 
 def _error_at(
-    path: Path, root: Place, aim: Sequence[Key], message: str, *, at_key: bool = False
+    path: Path, root: DocumentPlace, aim: Sequence[Key], message: str, *, at_key: bool = False
 ) -> DocumentError:
     position = root.position_of_key(aim) if at_key else root.position_of(aim)
     return DocumentError(path, *position, _in_words(root, root.find(aim)[1]) + message)
 
 
-def _in_words(root: Place, way: Sequence[Key]) -> str:
+def _in_words(root: DocumentPlace, way: Sequence[Key]) -> str:
     steps = [_step_in_words(root, way, depth) for depth in range(len(way))]
     return ".".join(steps) + ": " if steps else ""
 
 
-def _step_in_words(root: Place, way: Sequence[Key], depth: int) -> str:
+def _step_in_words(root: DocumentPlace, way: Sequence[Key], depth: int) -> str:
     """Return one step of the way, counting the items of a list from 1."""
     step = way[depth]
     holder = root.find(way[:depth])[0]
-    is_item = isinstance(holder, Place) and isinstance(holder.children, list)
+    is_item = isinstance(holder, DocumentPlace) and isinstance(holder.children, list)
     text = str(step + 1) if is_item and isinstance(step, int) else str(step)
     return quoted(text).strip('"')
 

@@ -21,13 +21,13 @@ _KEY: Final = re.compile(r"^([a-z]+)[ \t]*:", re.MULTILINE)
 
 
 def kind_of(keys: Iterable[object]) -> str:
-    """Return what a file with these keys is, such as ``a model``; nothing where none tells."""
+    """Return the kind of a file with these keys, such as ``a model``; empty if unknown."""
     found = set(keys)
     return next((name for key, name in KINDS.items() if key in found), "")
 
 
 def kind_of_file(path: Path) -> str:
-    """Return what a file seems to be by the keys at the start of its lines."""
+    """Return the apparent kind of a file by the keys at the start of its lines."""
     try:
         with path.open("rb") as file:
             text = file.read(_LOOKED_AT).decode("utf-8", errors="replace")

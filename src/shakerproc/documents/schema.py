@@ -40,12 +40,12 @@ class Section(BaseModel):
 
 
 def misplaced(message: str, *place: str | int) -> PydanticCustomError:
-    """Return what a validator of a section raises to point at one of its keys."""
+    """Return the error by which a validator of a section points at one of its keys."""
     return PydanticCustomError("misplaced", "misplaced", {"place": place, "says": message})
 
 
 def message_of(errors: Sequence[ErrorDetails]) -> str:
-    """Return what errors about one and the same place say together."""
+    """Return the joint message of errors about one and the same place."""
     specific = [error for error in errors if error["type"] not in _WANTED]
     error = (specific or errors)[0]
     if not specific:

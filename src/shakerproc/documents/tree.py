@@ -43,29 +43,29 @@ Position: TypeAlias = tuple[int, int]
 
 @final
 @dataclass(slots=True, eq=False)
-class Place:
+class DocumentPlace:
     """Where a list or mapping stands, and everything in it.
 
     Attributes
     ----------
     position : Position
         Of its beginning.
-    children : dict or list of (Place or Position)
+    children : dict or list of (DocumentPlace or Position)
         Where each value stands.
     keys : dict of Position
         Where each key of a mapping stands.
     """
 
     position: Position
-    children: "dict[Key, Place | Position] | list[Place | Position]"
+    children: "dict[Key, DocumentPlace | Position] | list[DocumentPlace | Position]"
     keys: dict[Key, Position]
 
-    def find(self, path: Sequence[Key]) -> "tuple[Place | Position, list[Key]]":
+    def find(self, path: Sequence[Key]) -> "tuple[DocumentPlace | Position, list[Key]]":
         """Return the deepest place along a path, and the part of the path that leads there.
 
         Steps that the file does not hold are left out.
         """
-        place: Place | Position = self
+        place: DocumentPlace | Position = self
         way: list[Key] = []
         for step in path:
             child = _child(place, step)
@@ -77,19 +77,19 @@ class Place:
     def position_of(self, path: Sequence[Key]) -> Position:
         """Return where the deepest value along a path stands."""
         place = self.find(path)[0]
-        return place.position if isinstance(place, Place) else place
+        return place.position if isinstance(place, DocumentPlace) else place
 
     def position_of_key(self, path: Sequence[Key]) -> Position:
         """Return where the last key along a path stands; the item itself in a list."""
         way = self.find(path)[1]
         holder = self.find(way[:-1])[0]
-        if way and isinstance(holder, Place) and way[-1] in holder.keys:
+        if way and isinstance(holder, DocumentPlace) and way[-1] in holder.keys:
             return holder.keys[way[-1]]
         return self.position_of(way)
 
 
-def _child(place: Place | Position, step: Key) -> Place | Position | None:
-    if not isinstance(place, Place):
+def _child(place: DocumentPlace | Position, step: Key) -> DocumentPlace | Position | None:
+    if not isinstance(place, DocumentPlace):
         return None
     if isinstance(place.children, dict):
         return place.children.get(step)
@@ -106,7 +106,7 @@ class _Node:
 
     __slots__ = ("anchor", "key", "key_at", "levels", "place", "size", "value")
 
-    def __init__(self, value: Any, place: Place | Position, anchor: str | None) -> None:
+    def __init__(self, value: Any, place: DocumentPlace | Position, anchor: str | None) -> None:
         self.value, self.place, self.anchor = value, place, anchor
         self.size = 1
         self.levels = 0
@@ -207,7 +207,7 @@ class _Builder:
         if event.anchor is not None:
             self.anchors[event.anchor] = None  # until it is closed
         self._count(1, position)
-        self.stack.append(_Node(value, Place(position, children, {}), event.anchor))
+        self.stack.append(_Node(value, DocumentPlace(position, children, {}), event.anchor))
 
     def close(self, _: Any) -> None:
         done = self.stack.pop()
@@ -242,7 +242,7 @@ class _Builder:
         holder.levels = max(holder.levels, node.levels + 1)
 
     @staticmethod
-    def _put(holder: _Node, value: object, place: Place | Position) -> None:
+    def _put(holder: _Node, value: object, place: DocumentPlace | Position) -> None:
         """Put a value into the list or mapping that is open."""
         where: Any = holder.place
         if holder.key is None:
@@ -289,7 +289,7 @@ def _position(event: Any) -> Position:
     return event.start_mark.line + 1, event.start_mark.column + 1
 
 
-def read_tree(path: Path, text: str) -> tuple[object, Place]:
+def read_tree(path: Path, text: str) -> tuple[object, DocumentPlace]:
     """Return the values of a YAML text, and their places.
 
     Raises
@@ -313,9 +313,11 @@ def read_tree(path: Path, text: str) -> tuple[object, Place]:
     except yaml.YAMLError as error:
         raise DocumentError(path, 1, 1, f"not YAML: {quoted(str(error))}") from error
     if builder.root is None:
-        return None, Place((1, 1), [], {})
+        return None, DocumentPlace((1, 1), [], {})
     place = builder.root.place
-    return builder.root.value, place if isinstance(place, Place) else Place(place, [], {})
+    return builder.root.value, place if isinstance(place, DocumentPlace) else DocumentPlace(
+        place, [], {}
+    )
 
 
 def plain_scalar(text: str) -> object:

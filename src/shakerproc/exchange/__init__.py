@@ -1,1 +1,1 @@
-"""What other programs write and read: Nastran decks, punch files, testing machines."""
+"""Files of other programs: Nastran decks, punch files, testing machines."""

@@ -29,7 +29,7 @@ class Slope:
 @final
 @dataclass(frozen=True, slots=True)
 class JointStiffness:
-    """What the runs of one specimen say.
+    """Stiffness of one specimen, from its runs.
 
     Attributes
     ----------

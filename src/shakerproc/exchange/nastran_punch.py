@@ -49,7 +49,7 @@ class PunchTable:
 
 @dataclass(slots=True)
 class _Gathered:
-    """What has been read of one quantity so far, in the order of the file."""
+    """Values of one quantity read so far, in the order of the file."""
 
     unit: str
     abscissa: str
@@ -61,7 +61,7 @@ class _Gathered:
 
 @dataclass(slots=True)
 class _Header:
-    """What the dollar lines say of the lines that follow."""
+    """Dollar lines above a block of values."""
 
     quantity: str = ""
     unit: str = ""

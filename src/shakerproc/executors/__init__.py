@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from shakerproc.executors.base import AbstractExecutor, Cause, Outcome, Task, Work
+from shakerproc.executors.base import AbstractExecutor, Cause, Task, TaskOutcome, Work
 from shakerproc.executors.memory import limited_memory
 from shakerproc.late import loaded
 
@@ -18,9 +18,9 @@ __all__ = [
     "Cause",
     "ClusterExecutor",
     "Limits",
-    "Outcome",
     "ProcessExecutor",
     "Task",
+    "TaskOutcome",
     "ThreadExecutor",
     "Work",
     "limited_memory",

@@ -28,7 +28,7 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TaskOutcome:
     """How one task ended.
 
     Attributes
@@ -54,5 +54,5 @@ class AbstractExecutor(ABC):
     """Something that runs tasks."""
 
     @abstractmethod
-    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[TaskOutcome]:
         """Yield the outcome of each task as it ends, in any order, one for each task."""

@@ -1,4 +1,4 @@
-"""What runs in a child process: one task after the other, every failure put into words."""
+"""Tasks in a child process: one after the other, every failure put into words."""
 
 import json
 import os

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from urllib.parse import ParseResult, urlparse
 
 from shakerproc.errors import ClusterError
-from shakerproc.executors.base import AbstractExecutor, Outcome, Task, Work
+from shakerproc.executors.base import AbstractExecutor, Task, TaskOutcome, Work
 from shakerproc.executors.processes import NO_MORE, Limits, packed_task, packed_work
 from shakerproc.executors.remote import attempt, versions
 
@@ -59,7 +59,7 @@ class ClusterExecutor(AbstractExecutor):
     limits: Limits = NO_MORE
     prepare: Callable[[], None] | None = None
 
-    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[TaskOutcome]:
         """Yield the outcome of each task as it ends, in any order, one for each task.
 
         Raises
@@ -208,7 +208,7 @@ def _next(ended: "queue.SimpleQueue[Future]", watch: _Watch) -> "Future":
             watch.look()
 
 
-def _outcome(future: "Future", name: str, watch: _Watch, address: str) -> Outcome:
+def _outcome(future: "Future", name: str, watch: _Watch, address: str) -> TaskOutcome:
     """Return the outcome of a task.
 
     Raises
@@ -227,10 +227,10 @@ def _outcome(future: "Future", name: str, watch: _Watch, address: str) -> Outcom
             raise ClusterError(_LOST.format(address)) from error
         except KilledWorker:
             told = "the workers that took it died, one after the other"
-            return Outcome(name, cause="killed", error=told)
+            return TaskOutcome(name, cause="killed", error=told)
         except Exception as error:  # noqa: BLE001 - such as a worker without shakerproc
             line = " ".join(f"{type(error).__name__}: {error}".split())
-            return Outcome(name, cause="error", error=f"the worker could not begin: {line}")
+            return TaskOutcome(name, cause="error", error=f"the worker could not begin: {line}")
         else:
             future.release()
-            return Outcome(**report)
+            return TaskOutcome(**report)

@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, Final, final
 
 from shakerproc import checks
-from shakerproc.executors.base import AbstractExecutor, Cause, Outcome, Task, Work
+from shakerproc.executors.base import AbstractExecutor, Cause, Task, TaskOutcome, Work
 
 _STARTUP_LIMIT: Final = 180.0  # [s]; imports from a slow network disk
 
@@ -35,7 +35,7 @@ _LOOKED: Final = 1.0
 @final
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one task may take.
+    """Limits of time and memory of one task.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class ProcessExecutor(AbstractExecutor):
     def __post_init__(self) -> None:
         checks.positive("n_workers", self.n_workers, "processes")
 
-    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[TaskOutcome]:
         quarantine: list[Task] = []
         for outcome, task in self._pass(work, tasks, self.n_workers):
             if outcome.cause == "killed":
@@ -94,7 +94,7 @@ class ProcessExecutor(AbstractExecutor):
 
     def _pass(
         self, work: Work, tasks: Sequence[Task], n_workers: int
-    ) -> Iterator[tuple[Outcome, Task]]:
+    ) -> Iterator[tuple[TaskOutcome, Task]]:
         """Yield each task with its outcome."""
         waiting = deque(tasks)
         orders = packed_work(work, self.prepare)
@@ -124,7 +124,7 @@ def _give(process: "Child", task: Task) -> None:
 
 
 def packed_work(work: Work, prepare: Callable[[], None] | None) -> bytes:
-    """Return what a child process is told to do with every argument that comes."""
+    """Return the work of a child process on every argument, pickled."""
     return pickle.dumps(("work", pickle.dumps((work, prepare))))
 
 
@@ -177,7 +177,7 @@ class Child:
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # look() finds it dead
             self.connection.send_bytes(message)
 
-    def look(self) -> Outcome | None:
+    def look(self) -> TaskOutcome | None:
         """Return the outcome of the task, if it has ended."""
         message = self._received()
         if message is not None and not self._ready:
@@ -204,16 +204,16 @@ class Child:
                 self.process.wait(timeout=5.0)
             return None
 
-    def _finished(self, report: Mapping[str, Any]) -> Outcome | None:
+    def _finished(self, report: Mapping[str, Any]) -> TaskOutcome | None:
         name, self.task = self.task, ""
         if report["cause"]:
             self.kill()
-        return Outcome(name, **report) if name else None
+        return TaskOutcome(name, **report) if name else None
 
-    def _failed(self, cause: Cause, error: str) -> Outcome | None:
+    def _failed(self, cause: Cause, error: str) -> TaskOutcome | None:
         name, self.task = self.task, ""
         self.kill()
-        return Outcome(name, cause=cause, error=error) if name else None
+        return TaskOutcome(name, cause=cause, error=error) if name else None
 
     def kill(self) -> None:
         """End it and wait for its end."""

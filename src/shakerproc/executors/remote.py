@@ -1,4 +1,4 @@
-"""What runs on a machine of the cluster: one task in a child process, as on one machine."""
+"""A task on a machine of the cluster, in a child process, as on one machine."""
 
 import threading
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Final
 
 from shakerproc import __version__
-from shakerproc.executors.base import Outcome
+from shakerproc.executors.base import TaskOutcome
 from shakerproc.executors.processes import Child, Limits, wait
 
 _DECIDING: Final = ("numpy", "scipy", "numba", "pandas", "pyarrow", "matplotlib", "nptdms")
@@ -63,14 +63,14 @@ def attempt(
             f"the worker has other versions than the machine that asks: {', '.join(other)}; "
             "the results would not be the same to the last digit. Install the same on both."
         )
-        return asdict(Outcome(name, cause="error", error=error))
+        return asdict(TaskOutcome(name, cause="error", error=error))
     outcome = _done(name, orders, argument, limits)
     if outcome.cause == "killed":
         outcome = _done(name, orders, argument, limits)
     return asdict(outcome)
 
 
-def _done(name: str, orders: bytes, argument: bytes, limits: Limits) -> Outcome:
+def _done(name: str, orders: bytes, argument: bytes, limits: Limits) -> TaskOutcome:
     child = _child(orders, limits)
     child.give(name, argument)
     while True:

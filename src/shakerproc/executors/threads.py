@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from shakerproc import checks
-from shakerproc.executors.base import AbstractExecutor, Outcome, Task, Work
+from shakerproc.executors.base import AbstractExecutor, Task, TaskOutcome, Work
 
 
 @final
@@ -25,11 +25,11 @@ class ThreadExecutor(AbstractExecutor):
     def __post_init__(self) -> None:
         checks.positive("n_workers", self.n_workers, "threads")
 
-    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[TaskOutcome]:
         with ThreadPoolExecutor(self.n_workers) as pool:
             waiting = {pool.submit(work, task.argument): task for task in tasks}
             try:
                 for done in as_completed(waiting):
-                    yield Outcome(waiting[done].name, done.result())
+                    yield TaskOutcome(waiting[done].name, done.result())
             finally:
                 pool.shutdown(cancel_futures=True)

@@ -1,4 +1,4 @@
-"""What a coupon is: a material and an annular plate with a round or slotted hole."""
+"""A coupon: a material and an annular plate with a round or slotted hole."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final

@@ -43,7 +43,7 @@ LOAD_LAWS: Mapping[str, Spread] = MappingProxyType({
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class HoleStiffness:
-    """What a unit of force does to the hole.
+    """Displacements of the hole for a unit of force.
 
     Attributes
     ----------

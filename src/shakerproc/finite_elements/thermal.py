@@ -8,7 +8,7 @@ from shakerproc import checks
 
 @final
 @dataclass(frozen=True, slots=True)
-class Fit:
+class ThermalFit:
     """An opening with an insert in it: a hole and a bushing, a slot and a pin.
 
     Attributes
@@ -54,7 +54,11 @@ class Clearances:
 
 
 def clearances_at(
-    fit: Fit, temperature_change: float, *, span: float = 0.0, span_expansion: float = 0.0
+    fit: ThermalFit,
+    temperature_change: float,
+    *,
+    span: float = 0.0,
+    span_expansion: float = 0.0,
 ) -> Clearances:
     r"""Return the clearances of a joint at another temperature.
 
@@ -67,7 +71,7 @@ def clearances_at(
 
     Parameters
     ----------
-    fit : Fit
+    fit : ThermalFit
         Sizes and materials; the insert is centred at the reference temperature.
     temperature_change : float
         Temperature less that at which the sizes were measured [K].
@@ -92,12 +96,12 @@ def clearances_at(
     return Clearances(positive=half + shift, negative=half - shift)
 
 
-def temperature_change_for(fit: Fit, play: float) -> float:
+def temperature_change_for(fit: ThermalFit, play: float) -> float:
     """Return the change of temperature at which opening less insert is a given play [K].
 
     Parameters
     ----------
-    fit : Fit
+    fit : ThermalFit
         Sizes and materials.
     play : float
         Wanted play; 0 where the joint just closes [m].

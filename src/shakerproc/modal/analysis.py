@@ -133,7 +133,7 @@ class Reciprocal:
 
     @property
     def problem(self) -> str:
-        """What is wrong; empty where both agree."""
+        """The disagreement; empty where both agree."""
         first, second = self.names
         if self.correlation <= -ALIKE:
             return (

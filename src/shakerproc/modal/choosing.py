@@ -103,7 +103,7 @@ def remarks_of(
     *,
     incomplete: bool,
 ) -> list[str]:
-    """Return what is in the way of more, a sentence each."""
+    """Return the obstacles to more modes, a sentence each."""
     found = []
     if incomplete:
         found.append("the recording was cut short: its complete part was used")

@@ -188,7 +188,7 @@ def _identified(
 
 
 def _unexplained(modes: ModeSet, n_responses: int) -> FloatArray:
-    """Return what is left of each response, the most over the inputs of blows."""
+    """Return the unexplained share of each response, the most over the inputs of blows."""
     if modes.model is None:
         return np.full(n_responses, np.nan)
     return np.asarray(modes.model.unexplained.reshape(n_responses, -1).max(axis=1))

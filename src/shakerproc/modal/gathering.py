@@ -1,4 +1,4 @@
-"""What a modal analysis takes from a test: samples or blows, places of sensors and forces."""
+"""Data of a test for modal analysis: samples or blows, places of sensors and forces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -83,7 +83,7 @@ class Gathered:
 
 
 def gather(log: TestLog, test: Test, wish: Modal) -> Gathered:
-    """Return what a modal analysis takes from a test.
+    """Return the data of a test for modal analysis.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def _gathered(recording: Recording, test: Test, wish: Modal) -> Gathered:
 def _checked(
     recording: Recording, crop: Crop, inputs: set[str], sensors: set[str]
 ) -> tuple[str, ...]:
-    """Return what the health checks say of inputs and sensors in the crop.
+    """Return the findings of the health checks on inputs and sensors in the crop.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from shakerproc.modal.basis import basis_of, rest_of, stacked
 from shakerproc.modal.least_squares import orthonormal
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import Lines, joined, lines_of_samples, thinned
-from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.selection import FEW_STEPS
 
 REACH: Final = 0.1
@@ -77,7 +77,7 @@ def parts_of(
     return []
 
 
-def confirmed(lines: Lines, model: Fit, parts: Sequence[Lines]) -> Fit:
+def confirmed(lines: Lines, model: ModalFit, parts: Sequence[Lines]) -> ModalFit:
     """Return the model without the modes that foretell a part of the record no better.
 
     Of every pair of neighbours the weaker mode is asked: it stays only if with it the residues
@@ -87,7 +87,7 @@ def confirmed(lines: Lines, model: Fit, parts: Sequence[Lines]) -> Fit:
     ----------
     lines : Lines
         What the model was fitted to.
-    model : Fit
+    model : ModalFit
         The model.
     parts : sequence of Lines
         From `parts_of`.
@@ -126,7 +126,7 @@ def chance_of(gain: FloatArray) -> float:
 
 
 def _next(
-    model: Fit, parts: Sequence[Lines], asked: Sequence[complex]
+    model: ModalFit, parts: Sequence[Lines], asked: Sequence[complex]
 ) -> tuple[int | None, list[Lines]]:
     """Return the weakest mode with a neighbour that was not asked about yet, and its parts."""
     poles = model.poles

@@ -17,7 +17,7 @@ from shakerproc.modal.lines import (
     thinned,
     told_thin,
 )
-from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.mode_set import Method, ModeSet, Settings
 from shakerproc.modal.polynomials import lagged_sums
 from shakerproc.modal.scatter import PARTS, with_scatter
@@ -241,13 +241,13 @@ def _modes(
 
 
 def as_wanted(
-    lines: Lines, model: Fit, diagram: Diagram, settings: Settings
-) -> tuple[Fit, list[str]]:
+    lines: Lines, model: ModalFit, diagram: Diagram, settings: Settings
+) -> tuple[ModalFit, list[str]]:
     """Return the model with the number of modes and the poles that the user wants.
 
     Returns
     -------
-    model : Fit
+    model : ModalFit
         Refitted where something was to be changed.
     notes : list of str
         What could not be done.

@@ -17,7 +17,7 @@ from shakerproc.modal.basis import (
 )
 from shakerproc.modal.least_squares import orthonormal
 from shakerproc.modal.lines import Lines
-from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.modal_model import ModalFit
 
 STEPS: Final = 25
 """Steps of the search at most."""
@@ -43,7 +43,7 @@ class _Linear:
     inverse: FloatArray  # (n_columns, n_columns) of the triangular factor of these columns
 
 
-def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> Fit:
+def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> ModalFit:
     r"""Return the modal model of greatest likelihood that a search from some poles finds.
 
     .. math:: Y_o = \sum_m \left( \frac{r_{mo}^T U + t_{mo} D_m}{i\omega - \lambda_m}
@@ -231,7 +231,7 @@ def _power(outputs: ComplexArray) -> FloatArray:
     return np.where(power > 0.0, power, 1.0)
 
 
-def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) -> Fit:
+def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) -> ModalFit:
     poles = _poles(place)
     n_modes, n_lines = poles.size, lines.frequency.size
     n_inputs = lines.inputs.shape[0]
@@ -248,7 +248,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
     left = linear.left[:, :n_lines] + 1j * linear.left[:, n_lines:]
     n_rest = n_inputs * len(RESIDUAL_POWERS)
     rest = linear.coefficients[n_modes * n_columns :][:n_rest]
-    return Fit(
+    return ModalFit(
         poles=poles[by_frequency],
         residues=residues[by_frequency],
         rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), n_outputs), 0, 1),

@@ -1,4 +1,4 @@
-"""What is fitted: spectra of inputs and responses at the lines of a band."""
+"""Spectra of inputs and responses at the lines of a band, to be fitted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

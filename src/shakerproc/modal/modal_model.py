@@ -11,7 +11,7 @@ from shakerproc.modal.basis import RESIDUAL_POWERS
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+class ModalFit:
     """A modal model of one record.
 
     Attributes
@@ -60,12 +60,12 @@ class Fit:
         return self.deviance + self.n_parameters * float(np.log(n_values))
 
 
-def response_functions(model: Fit, frequency: FloatArray) -> ComplexArray:
-    """Return what a modal model says of the response functions.
+def response_functions(model: ModalFit, frequency: FloatArray) -> ComplexArray:
+    """Return the response functions of a modal model.
 
     Parameters
     ----------
-    model : Fit
+    model : ModalFit
         The model.
     frequency : (n_frequencies,) array
         Above 0 [Hz].

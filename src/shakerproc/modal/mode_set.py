@@ -1,4 +1,4 @@
-"""What a modal analysis is asked for, and what it gives back: modes with their intervals."""
+"""Settings and result of a modal analysis: modes with their intervals."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
@@ -6,7 +6,7 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.shapes import phase_collinearity
 from shakerproc.modal.stabilisation import Diagram, damping_of, frequency_of
 
@@ -19,7 +19,7 @@ Method: TypeAlias = Literal["input and response spectra", "response functions", 
 @final
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What the user may say of a modal analysis.
+    """Settings of a modal analysis that a user may give.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ModeSet:
         Modal phase collinearity, 1 for a real mode [-].
     diagram : Diagram
         Stabilisation diagram.
-    model : Fit, optional
+    model : ModalFit, optional
         The fitted modal model; None where there is none, output only.
     interval_from : str
         What the intervals are made of.
@@ -79,7 +79,7 @@ class ModeSet:
     shapes: ComplexArray
     participation: ComplexArray
     diagram: Diagram
-    model: Fit | None
+    model: ModalFit | None
     interval_from: str
     notes: tuple[str, ...] = ()
     scatter: FloatArray | None = None

@@ -159,7 +159,7 @@ def _toeplitz(lagged: ComplexArray, order: int) -> FloatArray:
 
 
 def _roots(sums: Sums, alpha: FloatArray, numerators: FloatArray, order: int) -> OrderPoles:
-    """Return what the denominator and numerators of one order come to."""
+    """Return the poles and participations of the denominator and numerators of one order."""
     p = alpha.shape[1]
     companion = np.zeros((order * p, order * p))
     companion[: (order - 1) * p, p:] = np.eye((order - 1) * p)

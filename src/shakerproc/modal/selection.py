@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import Lines
-from shakerproc.modal.modal_model import Fit
+from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.stabilisation import damping_of
 
 FEW_STEPS: Final = 6
@@ -38,7 +38,7 @@ SAME: Final = 0.1
 
 def selected(
     lines: Lines, certain: ComplexArray, doubtful: ComplexArray, band: tuple[float, float]
-) -> tuple[Lines, Fit]:
+) -> tuple[Lines, ModalFit]:
     """Return the modal model whose every mode is needed, and the lines weighted for it.
 
     Parameters
@@ -77,7 +77,7 @@ def selected(
     return weighted, _certain(weighted, _pruned(weighted, fit(weighted, best.poles), band))
 
 
-def _certain(lines: Lines, model: Fit) -> Fit:
+def _certain(lines: Lines, model: ModalFit) -> ModalFit:
     """Return the model without modes whose damping it does not know at all."""
     while model.poles.size:
         errors = np.sqrt(np.diag(model.covariance))[::2]
@@ -89,14 +89,14 @@ def _certain(lines: Lines, model: Fit) -> Fit:
     return model
 
 
-def reweighted(lines: Lines, model: Fit) -> Lines:
+def reweighted(lines: Lines, model: ModalFit) -> Lines:
     """Return the lines with weights that make the noise of a model white.
 
     Parameters
     ----------
     lines : Lines
         What was fitted.
-    model : Fit
+    model : ModalFit
         Its model: what it leaves, smoothed over lines, is the noise.
     """
     share = _share_left(lines, model).mean(axis=0)
@@ -113,16 +113,16 @@ def _smooth(values: FloatArray) -> FloatArray:
     return np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
 
 
-def _share_left(lines: Lines, model: Fit) -> FloatArray:
-    """Return what the model leaves of each line, over its mean, (n_outputs, n_lines)."""
+def _share_left(lines: Lines, model: ModalFit) -> FloatArray:
+    """Return the residual of each line over its mean, (n_outputs, n_lines)."""
     left = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
     mean = left.mean(axis=1, keepdims=True)
     return np.asarray(left / np.where(mean > 0.0, mean, 1.0))
 
 
 def _grown(
-    lines: Lines, model: Fit, more: ComplexArray, band: tuple[float, float], reach: float
-) -> Fit:
+    lines: Lines, model: ModalFit, more: ComplexArray, band: tuple[float, float], reach: float
+) -> ModalFit:
     """Return the model with those of some further poles that it needs.
 
     A pole within `reach` half-widths of a mode is taken for that mode.
@@ -140,14 +140,14 @@ def _grown(
     return model
 
 
-def twins(lines: Lines, model: Fit) -> ComplexArray:
+def twins(lines: Lines, model: ModalFit) -> ComplexArray:
     """Return where a second mode may hide beside one: its band is left with more than noise.
 
     Parameters
     ----------
     lines : Lines
         What is fitted.
-    model : Fit
+    model : ModalFit
         Its model.
 
     Returns
@@ -178,7 +178,7 @@ def apart(poles: ComplexArray) -> ComplexArray:
     return np.array(kept, dtype=np.complex128)
 
 
-def _sound(model: Fit, band: tuple[float, float]) -> bool:
+def _sound(model: ModalFit, band: tuple[float, float]) -> bool:
     frequency = np.abs(model.poles) / (2.0 * np.pi)
     inside = (frequency >= band[0]) & (frequency <= band[1])
     damped = (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
@@ -186,18 +186,18 @@ def _sound(model: Fit, band: tuple[float, float]) -> bool:
 
 
 def price_of(lines: Lines) -> float:
-    """Return what Schwarz' criterion asks for one more mode."""
+    """Return the penalty of Schwarz' criterion for one more mode."""
     n_inputs = lines.inputs.shape[0]
     n_each = 2 + lines.outputs.shape[0] * 2 * (n_inputs + lines.n_transients)
     return float(n_each * np.log(2 * lines.outputs.size))
 
 
-def _is_better(lines: Lines, larger: Fit, smaller: Fit) -> bool:
+def _is_better(lines: Lines, larger: ModalFit, smaller: ModalFit) -> bool:
     n_values = 2 * lines.outputs.size
     return bool(larger.criterion(n_values) < smaller.criterion(n_values) - MARGIN)
 
 
-def _pruned(lines: Lines, model: Fit, band: tuple[float, float]) -> Fit:
+def _pruned(lines: Lines, model: ModalFit, band: tuple[float, float]) -> ModalFit:
     """Return the model without the modes that it does not need."""
     frequency = np.abs(model.poles) / (2.0 * np.pi)
     inside = (frequency >= band[0]) & (frequency <= band[1])

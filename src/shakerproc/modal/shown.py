@@ -1,4 +1,4 @@
-"""What is drawn of a modal analysis: response functions, measured and of the model."""
+"""Curves of a modal analysis: response functions, measured and of the model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ import scipy  # its parts load when they are first used
 from shakerproc import spectra
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import Functions
-from shakerproc.modal.modal_model import Fit, response_functions
+from shakerproc.modal.modal_model import ModalFit, response_functions
 from shakerproc.modal.mode_set import ModeSet
 
 SHOWN_SEGMENTS: Final = 8
@@ -102,9 +102,9 @@ def functions_of(
 
 
 def _answer(
-    inputs: FloatArray, sample_rate: float, band: tuple[float, float], model: Fit
+    inputs: FloatArray, sample_rate: float, band: tuple[float, float], model: ModalFit
 ) -> FloatArray:
-    """Return what the model answers to the inputs within the band."""
+    """Return the response of the model to the inputs within the band."""
     frequency = scipy.fft.rfftfreq(inputs.shape[1], 1.0 / sample_rate)
     inside = (frequency >= band[0]) & (frequency <= band[1])
     n_responses = model.residues.shape[1]

@@ -73,7 +73,7 @@ class Struck:
         return force, response
 
     def differs(self, other: "Struck") -> str:
-        """Return what keeps blows of two tests from one fit, and the remedy; empty: nothing."""
+        """Return the reason why blows of two tests make no one fit, and the remedy; or ""."""
         if self.cross.segment != other.cross.segment:
             return "length; give processing: {hammer: {length: ...}} for all of them"
         if not np.isclose(self.cross.decay_rate or 0.0, other.cross.decay_rate or 0.0):

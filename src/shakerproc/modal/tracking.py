@@ -1,4 +1,4 @@
-"""The same mode in several tests: matched by frequency and shape."""
+"""Modes tracked over several tests: matched by frequency and shape."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

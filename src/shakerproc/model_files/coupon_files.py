@@ -11,7 +11,7 @@ from shakerproc.documents import Document, FromList, Section, read_document
 from shakerproc.errors import DocumentError
 from shakerproc.finite_elements.coupon import Clamp, Coupon, Hole, Material
 from shakerproc.finite_elements.hole_stiffness import Axis, Plane
-from shakerproc.finite_elements.thermal import Fit
+from shakerproc.finite_elements.thermal import ThermalFit
 from shakerproc.units import in_unit, near_miss
 
 Length: TypeAlias = Annotated[float, in_unit("m", positive=True)]
@@ -47,7 +47,7 @@ class HoleSection(Section):
 
 
 class ClampSection(Section):
-    """What bolt and bushing hold."""
+    """Part of the coupon that bolt and bushing hold."""
 
     radius: Length
     held: Clamp
@@ -55,7 +55,7 @@ class ClampSection(Section):
     stated_radius: Length | None = None
 
 
-class ModeSection(Section):
+class CouponModeSection(Section):
     """A published natural frequency."""
 
     diameters: Count
@@ -67,7 +67,7 @@ class ModesSection(Section):
     """Published natural frequencies."""
 
     source: str
-    frequencies: Annotated[tuple[ModeSection, ...], FromList]
+    frequencies: Annotated[tuple[CouponModeSection, ...], FromList]
 
 
 class PublishedStiffness(Section):
@@ -90,7 +90,7 @@ class StiffnessSection(Section):
 
 
 class JointSection(Section):
-    """What sits in the hole, for the clearance over temperature."""
+    """Part in the hole, for the clearance over temperature."""
 
     insert: Length
     insert_material: str | MaterialSection
@@ -117,7 +117,7 @@ class CouponSchema(Section):
 @final
 @dataclass(frozen=True, slots=True)
 class CouponFile:
-    """What a coupon file says.
+    """Contents of a coupon file.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class CouponFile:
         Published natural frequencies.
     stiffness : StiffnessSection
         Load, plane, and published stiffness.
-    fit : Fit, optional
+    fit : ThermalFit, optional
         Hole and insert with their expansion.
     reference : float
         Temperature of the dimensions [K].
@@ -157,7 +157,7 @@ class CouponFile:
     damping_ratio: float | None
     modes: ModesSection | None
     stiffness: StiffnessSection
-    fit: Fit | None
+    fit: ThermalFit | None
     reference: float
 
 
@@ -276,7 +276,7 @@ def _fit(
     material: Material,
     hole: Hole,
     known: dict[str, MaterialSection],
-) -> Fit | None:
+) -> ThermalFit | None:
     joint = document.value.joint
     if joint is None:
         return None
@@ -285,4 +285,6 @@ def _fit(
     if material.thermal_expansion is None or insert.thermal_expansion is None:
         lacking = material if material.thermal_expansion is None else insert
         raise document.error(place, f"{lacking.name} has no thermal_expansion; write it there")
-    return Fit(hole.length, joint.insert, material.thermal_expansion, insert.thermal_expansion)
+    return ThermalFit(
+        hole.length, joint.insert, material.thermal_expansion, insert.thermal_expansion
+    )

@@ -55,7 +55,7 @@ class Oscillator:
 @final
 @dataclass(frozen=True, slots=True)
 class ModalEquivalent:
-    """What a plate on an evenly moving table is equivalent to.
+    """Mass and spring equivalent to a plate on an evenly moving table.
 
     Attributes
     ----------

@@ -41,7 +41,7 @@ class _Edit:
 @final
 @dataclass(frozen=True, slots=True)
 class _Wanted:
-    """What a changed file is to say; see `add_element`."""
+    """Wanted content of a changed file; see `add_element`."""
 
     changes: Changes
     masses: Mapping[str, float] = field(default_factory=dict)

@@ -16,7 +16,7 @@ Schema = TypeVar("Schema", bound=BaseModel)
 
 
 class Kind(Protocol):
-    """What effects and faults have in common."""
+    """Interface that effects and faults have in common."""
 
     parameters: ClassVar[Mapping[str, Parameter]]
 

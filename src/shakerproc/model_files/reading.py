@@ -153,7 +153,7 @@ def _mass(
 
 
 def _mixed(written: object, motion: Motion) -> str:
-    """Return what to do about a mass that is one of the other motion; empty where it is not."""
+    """Return the remedy for a mass of the other kind of motion; empty where it is none."""
     if not _reads(written, "kg" if motion == "rotation" else "kg m^2"):
         return ""
     return "; masses of one model are all in kg, or all moments of inertia in kg m^2"

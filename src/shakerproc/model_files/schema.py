@@ -1,4 +1,4 @@
-"""What a model file may hold, before the kinds of its effects are looked at."""
+"""Schema of a model file, before the kinds of its effects are looked at."""
 
 from typing import Annotated, Any, Literal
 
@@ -19,7 +19,7 @@ class ExcitationSection(Section):
 
 
 class SensorSection(Section):
-    """What one channel measures."""
+    """Place and quantity of one channel."""
 
     at: str
     measures: Measures = "acceleration"

@@ -1,4 +1,4 @@
-"""What an effect says of itself to those who look for it in measurements.
+"""Properties of an effect by which it is looked for in measurements.
 
 Which numbers are free, in which transform and between which bounds, where to start for a joint
 that moves like this, and which simpler effects it contains. Every length, force and time here
@@ -157,7 +157,7 @@ def _as_they_are(values: Values) -> Values:
 @final
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """What identification needs to know of an effect, for one joint.
+    """Properties of an effect by which it is identified, for one joint.
 
     Attributes
     ----------

@@ -63,7 +63,7 @@ class Element:
 @final
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """What one channel measures.
+    """Place, direction and quantity of one channel.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ Kind: TypeAlias = Literal["base acceleration", "force", "imposed displacement", 
 @final
 @dataclass(frozen=True, slots=True)
 class Excitation:
-    """What shakes the model.
+    """Input of the model: motion of its base, or a force.
 
     Attributes
     ----------
@@ -171,7 +171,7 @@ ROLES: Final[Mapping[Kind, Literal["control", "force", "displacement"] | None]] 
 @final
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What is shaken.
+    """Masses, the elements between them, sensors and excitation.
 
     Attributes
     ----------

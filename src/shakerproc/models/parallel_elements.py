@@ -1,4 +1,4 @@
-"""What an element stands in parallel with: the numbers some effects take from it."""
+"""Elements in parallel with an element: the numbers some effects take from them."""
 
 from collections.abc import Iterator
 from dataclasses import fields, replace

@@ -15,7 +15,7 @@ GROUP: Final = "shakerproc.effects"
 
 
 @final
-class Effects(Mapping[str, "type[AbstractEffect]"]):
+class EffectRegistry(Mapping[str, "type[AbstractEffect]"]):
     """Effects by kind.
 
     Those of installed packages are looked for when all are listed, or one is asked for that is
@@ -45,7 +45,7 @@ class Effects(Mapping[str, "type[AbstractEffect]"]):
 
     @property
     def own(self) -> "Kinds":
-        """What the user brought."""
+        """Effects that the user brought."""
         return dict(self._own)
 
     def use_own(self, own: "Kinds") -> None:

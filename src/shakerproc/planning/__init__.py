@@ -17,13 +17,13 @@ from shakerproc.planning.inputs import (
 from shakerproc.planning.joints import (
     AbstractJoint,
     FreeJoint,
-    Mode,
+    JointMode,
     ModelJoint,
     Walls,
     joint_of_model,
 )
 from shakerproc.planning.limits import ShakerLimits
-from shakerproc.planning.plan import BaseTravel, Needed, PlannedTest, Wish
+from shakerproc.planning.plan import BaseTravel, Needed, PlannedTest, PlanWish
 from shakerproc.planning.planned import displacement_of_test, plan_campaign, plan_test
 from shakerproc.planning.play import Play, Warming, play_of_test
 from shakerproc.planning.reach import (
@@ -50,9 +50,10 @@ __all__ = [
     "Averaging",
     "BaseTravel",
     "FreeJoint",
-    "Mode",
+    "JointMode",
     "ModelJoint",
     "Needed",
+    "PlanWish",
     "PlannedTest",
     "Play",
     "RandomInput",
@@ -64,7 +65,6 @@ __all__ = [
     "TableMotion",
     "Walls",
     "Warming",
-    "Wish",
     "averaging",
     "bands_above",
     "bands_text",

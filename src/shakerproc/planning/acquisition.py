@@ -1,4 +1,4 @@
-"""What the recording of a test will hold: sweep against damping, averages, sample rate."""
+"""Contents of a recording before a test: sweep against damping, averages, sample rate."""
 
 from dataclasses import dataclass
 from math import log
@@ -13,7 +13,7 @@ from shakerproc.testlog import Test, Welch, nominal_duration
 @final
 @dataclass(frozen=True, slots=True)
 class Averaging:
-    """What Welch's segments make of a random test.
+    """Averages that Welch's segments give in a random test.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def duration_of_test(test: Test, otherwise: float | None = None) -> float | None
 def averaging(
     welch: Welch, duration: float, sample_rate: float, coherence: float = 0.9
 ) -> Averaging | None:
-    """Return what the segments of a random test are worth; None where not two of them fit.
+    """Return the averages of a random test; None where not two segments fit.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from shakerproc.simulation.excitations import (
     logarithmic_sweep,
     stepped_sine,
 )
-from shakerproc.simulation.noise import Profile, faded, flat_profile, random_noise
+from shakerproc.simulation.noise import NoiseProfile, faded, flat_profile, random_noise
 from shakerproc.simulation.pieces import Signal
 from shakerproc.testlog import PULSES, Test, nominal_duration
 
@@ -68,7 +68,7 @@ def length_of_run(test: Test, quiet: float, otherwise: float) -> float:
 def drive_of_test(
     test: Test, duration: float, sample_rate: float, generator: np.random.Generator
 ) -> FloatArray:
-    """Return what shakes a test, led up from rest and back to it, (n,) array [m/s² or N].
+    """Return the motion or force that drives a test, from rest to rest, (n,) array [m/s² or N].
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def _lacking(test: Test) -> str:
     return f"{why}; leave this test out" if why else "the log does not say its level; add it"
 
 
-def _profile(test: Test, level: float) -> Profile:
+def _profile(test: Test, level: float) -> NoiseProfile:
     low, high = _band(test)
     rms = str(test.level_unit).endswith("rms")
     density = level**2 / (high - low) if rms else level

@@ -1,4 +1,4 @@
-"""What the shaker does in a test: its motion at the level that the log asks for."""
+"""Motion of the shaker in a test, at the level that the log asks for."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class TableMotion:
 
 
 class AbstractInput(ABC):
-    """What shakes a test, in a band of frequencies."""
+    """Motion or force that drives a test, in a band of frequencies."""
 
     __slots__ = ()
 
@@ -62,7 +62,7 @@ class AbstractInput(ABC):
 
     @abstractmethod
     def scaled(self, factor: float) -> "AbstractInput":
-        """Return the same input with so many times its amplitude [-]."""
+        """Return the input with so many times its amplitude [-]."""
 
 
 @final
@@ -176,7 +176,7 @@ class RandomInput(AbstractInput):
 
 
 def input_of_test(test: Test) -> AbstractInput | None:
-    """Return what shakes a test; None where its log does not say it, or no law here does."""
+    """Return the input of a test; None where its log does not state it, or no law fits."""
     if test.level is None or test.level_unit is None or test.excitation == "sine on random":
         return None
     by_force = LEVELS[test.level_unit][1] in FORCES

@@ -38,7 +38,7 @@ class Walls:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Mode:
+class JointMode:
     """A natural frequency [Hz] and its damping ratio [-]."""
 
     frequency: float
@@ -46,7 +46,7 @@ class Mode:
 
 
 class AbstractJoint(ABC):
-    """What moves against what, and how."""
+    """Joint whose parts move against each other in a test."""
 
     __slots__ = ()
 
@@ -55,7 +55,7 @@ class AbstractJoint(ABC):
         """Return relative displacement over input at frequencies [Hz], complex array [s²]."""
 
     @abstractmethod
-    def modes(self) -> tuple[Mode, ...]:
+    def modes(self) -> tuple[JointMode, ...]:
         """Return the modes as long as nothing touches, lowest first."""
 
     @abstractmethod
@@ -74,7 +74,7 @@ class FreeJoint(AbstractJoint):
     def gain(self, frequency: FloatArray) -> ComplexArray:
         return np.asarray(1.0 / (2.0 * np.pi * frequency) ** 2, np.complex128)
 
-    def modes(self) -> tuple[Mode, ...]:
+    def modes(self) -> tuple[JointMode, ...]:
         return ()
 
     def walls(self) -> Walls | None:
@@ -118,7 +118,7 @@ class ModelJoint(AbstractJoint):
         found: ComplexArray = np.linalg.solve(dynamic, load)[..., 0] @ self.direction
         return found.reshape(np.shape(frequency))
 
-    def modes(self) -> tuple[Mode, ...]:
+    def modes(self) -> tuple[JointMode, ...]:
         n = self.load.size
         state = np.zeros((2 * n, 2 * n))
         state[:n, n:] = np.eye(n)
@@ -126,7 +126,9 @@ class ModelJoint(AbstractJoint):
         state[n:, n:] = -np.linalg.solve(self.mass, self.damping)
         roots = np.linalg.eigvals(state)
         roots = roots[roots.imag > 1e-9 * np.max(np.abs(roots))]
-        found = [Mode(float(abs(r)) / (2.0 * np.pi), float(-r.real / abs(r))) for r in roots]
+        found = [
+            JointMode(float(abs(r)) / (2.0 * np.pi), float(-r.real / abs(r))) for r in roots
+        ]
         return tuple(sorted(found, key=lambda mode: mode.frequency))
 
     def walls(self) -> Walls | None:

@@ -1,4 +1,4 @@
-"""What the shaker can do: the straight lines of its envelope on double-log paper."""
+"""Limits of the shaker: straight lines of its envelope on double-log paper."""
 
 from dataclasses import dataclass
 from math import inf, pi
@@ -73,7 +73,7 @@ class ShakerLimits:
         return (a / (2.0 * pi * v),) if max(a, v) < inf else ()
 
     def exceeded_by(self, shaken: AbstractInput) -> tuple[str, ...]:
-        """Return what of the motion of the table is too much, a clause each."""
+        """Return the limits that the motion of the table exceeds, a clause each."""
         peak = "amplitude" if isinstance(shaken, SineInput) else "3 sigma"
         if shaken.quantity == "force":
             return tuple(self._too_much_force(shaken.peak, peak, ""))

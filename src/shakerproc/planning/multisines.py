@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import LogError, SpectrumError
-from shakerproc.simulation.noise import Profile, multisine
+from shakerproc.simulation.noise import NoiseProfile, multisine
 from shakerproc.spectra.multisines import samples_of_period
 from shakerproc.testlog import Multisine, Test
 
@@ -60,7 +60,7 @@ def excited_lines(
 
 def played(
     test: Test,
-    profile: Profile,
+    profile: NoiseProfile,
     sample_rate: float,
     ramp: float,
     generator: np.random.Generator,
@@ -74,7 +74,7 @@ def played(
     ----------
     test : Test
         The line of the log, which says how its multisine repeats.
-    profile : Profile
+    profile : NoiseProfile
         Density.
     sample_rate : float
         Samples per second [Hz].

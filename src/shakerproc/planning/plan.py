@@ -1,4 +1,4 @@
-"""What a person asks of a plan, and one row of it for each test."""
+"""Wishes of a plan, and one row of it for each test."""
 
 from dataclasses import dataclass
 from typing import Final, final
@@ -20,8 +20,8 @@ _UNLIMITED: Final = ShakerLimits()
 
 @final
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """What a plan is made with.
+class PlanWish:
+    """Assumptions of a plan.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Needed:
 @final
 @dataclass(frozen=True, slots=True)
 class PlannedTest:
-    """What to expect of one test.
+    """Prediction of one test.
 
     Attributes
     ----------

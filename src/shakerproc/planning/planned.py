@@ -14,7 +14,7 @@ from shakerproc.planning.acquisition import (
 )
 from shakerproc.planning.inputs import AbstractInput, RandomInput, input_of_test
 from shakerproc.planning.joints import AbstractJoint, FreeJoint, Walls
-from shakerproc.planning.plan import BaseTravel, Needed, PlannedTest, Wish
+from shakerproc.planning.plan import BaseTravel, Needed, PlannedTest, PlanWish
 from shakerproc.planning.play import Play, Warming, Which, play_of_test
 from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
 from shakerproc.planning.remarks import remarks_on
@@ -34,7 +34,7 @@ _SHOWN: Final = {
 others are shown in SI."""
 
 
-def plan_campaign(log: TestLog, wish: Wish) -> tuple[PlannedTest, ...]:
+def plan_campaign(log: TestLog, wish: PlanWish) -> tuple[PlannedTest, ...]:
     """Return a row for each test of a log, discarded ones bare."""
     return tuple(plan_test(test, wish) for test in log.tests)
 
@@ -61,8 +61,8 @@ def displacement_of_test(
     )
 
 
-def plan_test(test: Test, wish: Wish) -> PlannedTest:
-    """Return what to expect of one test."""
+def plan_test(test: Test, wish: PlanWish) -> PlannedTest:
+    """Return the prediction of one test."""
     if test.discarded:
         return PlannedTest(test)
     shaken = input_of_test(test)
@@ -111,7 +111,7 @@ def _walls(joint: AbstractJoint, play: Play | None) -> Walls | None:
 
 
 def _needed(
-    test: Test, shaken: AbstractInput, found: Reach, walls: Walls, wish: Wish
+    test: Test, shaken: AbstractInput, found: Reach, walls: Walls, wish: PlanWish
 ) -> Needed | None:
     factor = found.factor_both_sides
     if factor == inf or test.level is None or test.level_unit is None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, final
 
-from shakerproc.finite_elements.thermal import Fit, clearances_at
+from shakerproc.finite_elements.thermal import ThermalFit, clearances_at
 from shakerproc.testlog import Test
 
 Which: TypeAlias = Literal["actual", "nominal"]
@@ -38,7 +38,7 @@ class Warming:
 
     Attributes
     ----------
-    fit : Fit
+    fit : ThermalFit
         Hole and insert with their materials, in plane.
     thickness : float
         Of the coupon, for the play out of plane [m].
@@ -46,7 +46,7 @@ class Warming:
         Temperature less that of the measured sizes [K].
     """
 
-    fit: Fit
+    fit: ThermalFit
     thickness: float
     change: float
 
@@ -84,7 +84,7 @@ def _warmed(play: Play, warming: Warming, *, axial: bool) -> Play:
     fit = warming.fit
     if axial:
         size = warming.thickness
-        fit = Fit(size + play.total, size, fit.insert_expansion, fit.opening_expansion)
+        fit = ThermalFit(size + play.total, size, fit.insert_expansion, fit.opening_expansion)
     else:
         fit = replace(fit, opening=fit.insert + play.total)
     total = clearances_at(fit, warming.change).play

@@ -104,7 +104,7 @@ class Rehearsed:
 
     @property
     def facts(self) -> dict[str, object]:
-        """What is known, units in the names."""
+        """Facts of the rehearsal, units in the names."""
         shown = self.simulation
         rows = shown.displacement[: len(shown.masses)]
         return {
@@ -180,7 +180,7 @@ def with_usual_roles(recording: Recording) -> Recording:
 
 
 def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
-    """Return what a model makes of the measured input of a recording.
+    """Return the response of a model to the measured input of a recording.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Driven:
-    """What shakes the model in one test, at so many steps a sample."""
+    """Input of the model in one test, at so many steps a sample."""
 
     samples: FloatArray
     sample_rate: float
@@ -250,7 +250,7 @@ def _recorded(
 
 
 def _input(driven: _Driven) -> Input:
-    """Return what shakes the model, with what was missed in making finer steps of samples."""
+    """Return the input of the model, with the interpolation error of its finer steps."""
     given = prepare(driven.samples, driven.sample_rate * driven.finer)
     if driven.error is None or given.interpolation is None:
         return given
@@ -310,7 +310,7 @@ def _finer(n_samples: int) -> int:
 def _with_noise(
     one: WrittenChannel, clean: FloatArray, staging: Staging, noisy: np.random.Generator
 ) -> FloatArray:
-    """Return what a channel stores, in the SI unit of what is stored."""
+    """Return the stored samples of a channel, with noise, in the SI unit of their quantity."""
     drawn = noisy.standard_normal(clean.size + 1)
     seen = clean + staging.noise.get(one.quantity, 0.0) * drawn[1:]
     seen += staging.offset.get(one.quantity, 0.0) * drawn[0]
@@ -318,7 +318,7 @@ def _with_noise(
 
 
 def _held(one: WrittenChannel, found: Simulation, driven: _Driven) -> FloatArray:
-    """Return what a channel measures at every step, (n,) array."""
+    """Return the measured quantity of a channel at every step, (n,) array."""
     if one.holds == "nothing":
         return np.zeros_like(driven.samples)
     if one.holds in {"base", "force"}:
@@ -334,7 +334,7 @@ def _held(one: WrittenChannel, found: Simulation, driven: _Driven) -> FloatArray
 
 
 def low_passed(steps: FloatArray, finer: int) -> FloatArray:
-    """Return what a recorder makes of a quantity [any unit] known at every step, low-passed."""
+    """Return a quantity [any unit] after the low pass of a recorder, known at every step."""
     n = steps.size // finer
     longer, line = _led_past_its_ends(steps[: n * finer], _MARGIN * finer)
     size = longer.size // finer

@@ -1,4 +1,4 @@
-"""What to mind before a test is run, a sentence each."""
+"""Remarks on a test before it is run, a sentence each."""
 
 from collections.abc import Iterator
 from math import inf
@@ -10,8 +10,8 @@ from shakerproc.planning.acquisition import (
     rate_at,
 )
 from shakerproc.planning.inputs import AbstractInput, RandomInput
-from shakerproc.planning.joints import FreeJoint, Mode
-from shakerproc.planning.plan import Needed, PlannedTest, Wish
+from shakerproc.planning.joints import FreeJoint, JointMode
+from shakerproc.planning.plan import Needed, PlannedTest, PlanWish
 from shakerproc.planning.reach import Reach
 from shakerproc.spectra.tones.passing import ENOUGH, fastest_rate, swept_peak, swept_shift
 from shakerproc.testlog import Multisine, Test, ThresholdCrop
@@ -27,7 +27,7 @@ ENOUGH_ERROR: Final = 0.1
 
 
 def remarks_on(
-    planned: PlannedTest, wish: Wish, rate: float | None, modes: list[Mode]
+    planned: PlannedTest, wish: PlanWish, rate: float | None, modes: list[JointMode]
 ) -> Iterator[str]:
     """Yield what to mind before a test is run.
 
@@ -35,11 +35,11 @@ def remarks_on(
     ----------
     planned : PlannedTest
         The row of the plan.
-    wish : Wish
+    wish : PlanWish
         What was asked.
     rate : float or None
         Sample rate of the recorder [Hz], where it is known.
-    modes : list of Mode
+    modes : list of JointMode
         Modes that the test may excite.
     """
     test, shaken = planned.test, planned.shaken
@@ -93,7 +93,7 @@ def _about_crop(test: Test, shaken: AbstractInput) -> Iterator[str]:
         )
 
 
-def _about_sweep(test: Test, shaken: AbstractInput, modes: list[Mode]) -> Iterator[str]:
+def _about_sweep(test: Test, shaken: AbstractInput, modes: list[JointMode]) -> Iterator[str]:
     if not modes:
         yield from _about_unknown_damping(test, shaken)
     for mode in modes:
@@ -134,7 +134,7 @@ def _about_unknown_damping(test: Test, shaken: AbstractInput) -> Iterator[str]:
 
 
 def _about_averages(
-    planned: PlannedTest, wish: Wish, rate: float | None, modes: list[Mode]
+    planned: PlannedTest, wish: PlanWish, rate: float | None, modes: list[JointMode]
 ) -> Iterator[str]:
     if planned.test.multisine is not None:
         yield from _about_lines(planned.test.multisine, modes)
@@ -165,7 +165,7 @@ def _about_averages(
         )
 
 
-def _about_lines(said: Multisine, modes: list[Mode]) -> Iterator[str]:
+def _about_lines(said: Multisine, modes: list[JointMode]) -> Iterator[str]:
     """Say what the periods and realisations of a multisine do not tell."""
     for mode in modes:
         half_power = 2.0 * mode.damping_ratio * mode.frequency
@@ -188,7 +188,7 @@ def _next_power(number: float) -> int:
     return int(2 ** max(3, int(number - 1.0).bit_length()))
 
 
-def _about_play(planned: PlannedTest, wish: Wish) -> Iterator[str]:
+def _about_play(planned: PlannedTest, wish: PlanWish) -> Iterator[str]:
     if planned.walls is None:
         play = planned.travel.play if planned.travel else None
         if play is None:
@@ -201,7 +201,7 @@ def _about_play(planned: PlannedTest, wish: Wish) -> Iterator[str]:
     yield from _about_weight(planned, wish)
 
 
-def _shortfall(found: Reach, far: float, wish: Wish) -> str:
+def _shortfall(found: Reach, far: float, wish: PlanWish) -> str:
     what = "no contact" if found.contact == "none" else "contact on one side only"
     peak = ""
     if found.contacts_per_second is not None:
@@ -225,7 +225,7 @@ def _remedy(needed: Needed | None) -> str:
     return f"{text}; a sine within its limits does it in {bands}"
 
 
-def _about_weight(planned: PlannedTest, wish: Wish) -> Iterator[str]:
+def _about_weight(planned: PlannedTest, wish: PlanWish) -> Iterator[str]:
     if planned.travel is None or planned.walls is None:
         return
     if not isinstance(wish.joint, FreeJoint):

@@ -114,7 +114,7 @@ def _converts(quantity: str, unit: str) -> bool:
 
 
 def _held(test: Test, model: Model, use: ChannelUse, quantity: str) -> tuple[Holds, str]:
-    """Return what a channel holds.
+    """Return the quantity of a channel.
 
     Raises
     ------

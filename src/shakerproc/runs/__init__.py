@@ -5,15 +5,15 @@ from shakerproc.runs.blows import averaged_blows
 from shakerproc.runs.crops import find_crop
 from shakerproc.runs.opening import open_path, open_test
 from shakerproc.runs.processing import process_recording, process_test
-from shakerproc.runs.result import Flag, ResonancePeak, Responses, RunResult
+from shakerproc.runs.result import ResonancePeak, Responses, RunFlag, RunResult
 from shakerproc.runs.roles import UnitOption, usual_roles
 from shakerproc.runs.summarising import summary_of
 from shakerproc.runs.summary import RunSummary, read_summary, write_summary
 
 __all__ = [
-    "Flag",
     "ResonancePeak",
     "Responses",
+    "RunFlag",
     "RunResult",
     "RunSummary",
     "UnitOption",

@@ -1,4 +1,4 @@
-"""What a further analysis of a run comes to: a table, a summary, figures, sentences."""
+"""Result of a further analysis of a run: a table, a summary, figures, sentences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Look: TypeAlias = Literal["curve", "alarm", "abort", "demand", "paper"]
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class PanelLine:
     """One line of a figure.
 
     Attributes
@@ -41,7 +41,7 @@ class Line:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Scale:
+class PanelScale:
     """An axis: its label with the unit, whether it is logarithmic, and its ends if fixed."""
 
     label: str
@@ -60,9 +60,9 @@ class Panel:
         Name of its file, such as ``shock_maximax``.
     title, caption : str
         What it is, and what to look for.
-    x, y : Scale
+    x, y : PanelScale
         Axes.
-    lines : tuple of Line
+    lines : tuple of PanelLine
         What is drawn.
     equal : bool
         Whether a unit is as long along one axis as along the other, both being linear.
@@ -71,16 +71,16 @@ class Panel:
     name: str
     title: str
     caption: str
-    x: Scale
-    y: Scale
-    lines: tuple[Line, ...]
+    x: PanelScale
+    y: PanelScale
+    lines: tuple[PanelLine, ...]
     equal: bool = False
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Analysis:
-    """What one further analysis of a run comes to.
+    """Result of one further analysis of a run.
 
     Attributes
     ----------

@@ -16,9 +16,9 @@ from shakerproc.spectra import Crop, CrossSpectra
 from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
 from shakerproc.spectra.hammer.blows import (
     LEAST_QUIET,
+    BlockCut,
     Blow,
     Blows,
-    Cut,
     Setup,
     noise_before,
     windowed,
@@ -117,7 +117,7 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
             "the trigger; under processing: {hammer: ...} make length four times the "
             "pretrigger or more"
         )
-    cut = Cut(
+    cut = BlockCut(
         before,
         length,
         None if wanted.force_window is None else max(round(wanted.force_window * rate), 1),
@@ -129,7 +129,7 @@ def _setup(recording: Recording, crop: Crop, wanted: Hammer) -> Setup:
     return Setup(row, names, ends, strikes, cut, _at_rest(recording, crop, strikes, cut))
 
 
-def _at_rest(recording: Recording, crop: Crop, strikes: Strikes, cut: Cut) -> FloatArray:
+def _at_rest(recording: Recording, crop: Crop, strikes: Strikes, cut: BlockCut) -> FloatArray:
     """Return the standard deviation of channels before the blow where each is quietest."""
     starts = [s - cut.before + crop.start for s in strikes.samples if s >= cut.before]
     if cut.quiet < LEAST_QUIET or not starts:
@@ -166,7 +166,7 @@ def _decay_rate(wanted: Hammer, duration: float) -> float:
     return 1.0 / value if unit == "s" else -float(np.log(value)) / duration
 
 
-def _block(recording: Recording, crop: Crop, sample: int, cut: Cut) -> FloatArray:
+def _block(recording: Recording, crop: Crop, sample: int, cut: BlockCut) -> FloatArray:
     start = crop.start + sample - cut.before
     return recording.samples(start, start + cut.length)
 

@@ -1,4 +1,4 @@
-"""What calibrations mean for a run: sensitivities of the sheet, and which have expired."""
+"""Calibrations of a run: sensitivities of the sheet, and which have expired."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,7 +8,7 @@ from typing import Final
 from shakerproc.data import ChannelUse
 from shakerproc.recordings.raw import RawGroup
 from shakerproc.recordings.si import quantity_of
-from shakerproc.runs.result import Flag
+from shakerproc.runs.result import RunFlag
 from shakerproc.testlog import Test
 from shakerproc.units import numbered
 
@@ -48,7 +48,7 @@ def told_calibrations(test: Test) -> list[str]:
     ]
 
 
-def expired(test: Test, start: datetime | None) -> list[Flag]:
+def expired(test: Test, start: datetime | None) -> list[RunFlag]:
     """Return a flag for each sensor and instrument whose calibration ended before the test."""
     if start is None:
         return []
@@ -56,7 +56,7 @@ def expired(test: Test, start: datetime | None) -> list[Flag]:
     sensors = [(str(use.name or use.key), use.calibration) for use in _calibrated(test)]
     instruments = [("", one) for one in test.instruments]
     return [
-        Flag(
+        RunFlag(
             EXPIRED,
             channel,
             f"{one.told}: it had expired on {day}, the day of the test; calibrate it, or "

@@ -1,4 +1,4 @@
-"""What is odd about a run: its recording, and what the log led one to expect."""
+"""Flags of a run: oddities of its recording, departures from its log."""
 
 from collections.abc import Callable
 from typing import Final
@@ -12,7 +12,7 @@ from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
 from shakerproc.runs.calibrations import expired
 from shakerproc.runs.control import BEYOND_ALARM, control_told
-from shakerproc.runs.result import BoolArray, Flag, RunResult
+from shakerproc.runs.result import BoolArray, RunFlag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import too_fast
 from shakerproc.spectra import Sweep
@@ -29,13 +29,13 @@ EDGE_BINS: Final = 3
 """Bins at each end of the band where a window smears what the controller did."""
 
 
-def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
+def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
     """Return all that is odd: what is wrong with the samples first, then with the test."""
     start, stop = (at / result.sample_rate for at in (result.crop.start, result.crop.stop))
     found_in_samples = health(recording)
     lost = unusable(found_in_samples, start, stop)
     seen = [
-        Flag(
+        RunFlag(
             f.kind,
             f.channel,
             _with_remedy(f, start, stop) if f in lost else f.message,
@@ -57,17 +57,17 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[Flag, ...]:
     ]
     found += expired(result.test, recording.start_time)
     found += [
-        Flag("sweep rate", result.channels[reading.channel].name, text)
+        RunFlag("sweep rate", result.channels[reading.channel].name, text)
         for reading in result.swept
         if (text := too_fast(reading, in_octaves=result.test.rate_hz_per_s is None))
     ]
-    found += [Flag(one.kind, "", text) for one in result.analyses for text in one.problems]
+    found += [RunFlag(one.kind, "", text) for one in result.analyses for text in one.problems]
     known = {flag.kind for flag in seen}
     return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
 
 
 def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
-    """Return what a flag says, and what becomes of a test whose channel did not measure."""
+    """Return the message of a flag, and the remedy where a channel did not measure."""
     without = "trends, compare, diagnose and add"
     if flag.kind == "clipping" and not unusable([flag], start, stop, most=MOST_CLIPPED):
         without = "trends and compare (diagnose and add leave the clipped samples out)"
@@ -77,12 +77,12 @@ def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
     )
 
 
-def _events(result: RunResult) -> Flag | None:
+def _events(result: RunResult) -> RunFlag | None:
     """Return a flag where an event lies beyond the recording."""
     late = [event for event in result.test.events if event.time > result.promised_duration]
     if not late:
         return None
-    return Flag(
+    return RunFlag(
         "event",
         "",
         f"{late[0].note} at {late[0].time:g} s: the recording ends at "
@@ -90,32 +90,32 @@ def _events(result: RunResult) -> Flag | None:
     )
 
 
-def _crop(result: RunResult) -> Flag | None:
+def _crop(result: RunResult) -> RunFlag | None:
     if result.crop.warning is None:
         return None
     crop = result.test.processing.crop
     channel = str(crop.channel) if isinstance(crop, ThresholdCrop) else ""
-    return Flag("crop", channel, result.crop.warning)
+    return RunFlag("crop", channel, result.crop.warning)
 
 
-def _controls(result: RunResult) -> Flag | None:
+def _controls(result: RunResult) -> RunFlag | None:
     if result.imbalance is None or result.imbalance.warning is None:
         return None
-    return Flag("controls differ", "", result.imbalance.warning)
+    return RunFlag("controls differ", "", result.imbalance.warning)
 
 
-def _level(result: RunResult) -> Flag | None:
+def _level(result: RunResult) -> RunFlag | None:
     """Return whether the table did what the log demands."""
     message = levels.mismatch(result.test, result.measured_level)
-    return Flag("level", "", message) if message else None
+    return RunFlag("level", "", message) if message else None
 
 
-def _control_density(result: RunResult) -> Flag | None:
+def _control_density(result: RunResult) -> RunFlag | None:
     """Return whether the density of the mean control keeps its limits at every frequency."""
     seen = control_density(result)
     if seen is None or seen.kept:
         return None
-    return Flag("control density", "", f"the controls are {control_told(seen, 'band')}")
+    return RunFlag("control density", "", f"the controls are {control_told(seen, 'band')}")
 
 
 def control_density(result: RunResult) -> ControlSummary | None:
@@ -142,12 +142,12 @@ def control_density(result: RunResult) -> ControlSummary | None:
     return _judged(result, wanted, off, beyond, frequency[inside])
 
 
-def _control_sweep(result: RunResult) -> Flag | None:
+def _control_sweep(result: RunResult) -> RunFlag | None:
     """Return whether the control kept its amplitude along a sweep."""
     seen = control_sweep(result)
     if seen is None or seen.kept:
         return None
-    return Flag("control level", "", f"the control is {control_told(seen, 'sweep')}")
+    return RunFlag("control level", "", f"the control is {control_told(seen, 'sweep')}")
 
 
 def control_sweep(result: RunResult) -> ControlSummary | None:
@@ -198,12 +198,12 @@ def _judged(
     )
 
 
-def _sweep_duration(result: RunResult) -> Flag | None:
+def _sweep_duration(result: RunResult) -> RunFlag | None:
     wanted = nominal_duration(result.test)
     there = result.crop.n_samples / result.sample_rate
     if not wanted or abs(there / wanted - 1.0) <= DURATION_TOLERANCE:
         return None
-    return Flag(
+    return RunFlag(
         "duration",
         "",
         f"the sweep takes {numeral(wanted, 4)} s at the rate of the log, the crop holds "
@@ -211,16 +211,16 @@ def _sweep_duration(result: RunResult) -> Flag | None:
     )
 
 
-def _problem(kind: str, message: str) -> Flag | None:
+def _problem(kind: str, message: str) -> RunFlag | None:
     """Return a flag for something that the log asks for and the samples do not give."""
-    return Flag(kind, "", message) if message else None
+    return RunFlag(kind, "", message) if message else None
 
 
-def _nyquist(result: RunResult) -> Flag | None:
+def _nyquist(result: RunResult) -> RunFlag | None:
     band, nyquist = result.test.band, result.sample_rate / 2.0
     if band is None or band[1] <= nyquist:
         return None
-    return Flag(
+    return RunFlag(
         "sample rate",
         "",
         f"the excitation reaches {band[1]:g} Hz, half the sample rate is {nyquist:g} Hz: what "

@@ -13,12 +13,12 @@ FORMER: Final[Mapping[str, str]] = MappingProxyType({
 
 
 def present_name(name: str) -> str:
-    """Return what a quantity or column is called now."""
+    """Return the present name of a quantity or column."""
     return FORMER.get(name, name)
 
 
 def former_note(name: str, where: str) -> str:
-    """Return what to say where somebody used a former name; empty for a present one."""
+    """Return the note on a former name that somebody used; empty for a present one."""
     if name not in FORMER:
         return ""
     return (

@@ -285,7 +285,7 @@ def _slower(recording: Recording, rate: float) -> tuple[Channel, ...]:
 
 
 def _left_over(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
-    """Return what neither uses; of groups of one file, what both leave."""
+    """Return the channels that neither uses; of groups of one file, those both leave."""
     found = dict.fromkeys((*main.unused, *other.unused))
     if main.path != other.path:
         return tuple(found)

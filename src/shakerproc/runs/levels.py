@@ -105,7 +105,7 @@ def measured(
     channels: Sequence[Channel],
     band: tuple[float, float],
 ) -> Level | None:
-    """Return what the watched channels saw in the mean, as the log or the excitation puts it.
+    """Return the mean level of the watched channels, as the log or the excitation puts it.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def measured(
 
 
 def mismatch(test: Test, seen: Level | None) -> str:
-    """Return what to say of a level outside its tolerance; empty where it is inside."""
+    """Return the message on a level outside its tolerance; empty where it is inside."""
     wanted = demanded(test)
     if wanted is None or seen is None or wanted.unit != seen.unit:
         return ""

@@ -11,8 +11,8 @@ from shakerproc.numerals import numeral
 from shakerproc.runs.result import RunResult, lone_force
 from shakerproc.spectra.multisines import (
     Grid,
-    Layout,
     LineSpectra,
+    PeriodLayout,
     cut,
     grid_of,
     layout_of,
@@ -28,14 +28,14 @@ LONGEST: Final = 2**25
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """What the responses of a multisine test do at every line.
+class MultisineReading:
+    """Responses of a multisine test at every line.
 
     Attributes
     ----------
     grid : Grid
         The lines.
-    layout : Layout
+    layout : PeriodLayout
         Which periods were used.
     input : tuple of int
         Rows whose mean is the input.
@@ -46,14 +46,16 @@ class Reading:
     """
 
     grid: Grid
-    layout: Layout
+    layout: PeriodLayout
     input: tuple[int, ...]
     rows: tuple[int, ...]
     spectra: tuple[LineSpectra, ...]
 
 
-def read_multisine(recording: Recording, result: RunResult, said: Multisine) -> Reading:
-    """Return what the responses of a multisine test do at every line.
+def read_multisine(
+    recording: Recording, result: RunResult, said: Multisine
+) -> MultisineReading:
+    """Return the responses of a multisine test at every line.
 
     Parameters
     ----------
@@ -98,7 +100,7 @@ def read_multisine(recording: Recording, result: RunResult, said: Multisine) -> 
     grid = grid_of(lines[0], spacing, band, first)
     kept = lines[..., grid.number - first]
     spectra = tuple(line_spectra(kept[0], one, grid) for one in kept[1:])
-    return Reading(grid, layout, driving, rows, spectra)
+    return MultisineReading(grid, layout, driving, rows, spectra)
 
 
 def _roles(result: RunResult) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -102,7 +102,7 @@ def open_path(
 
 
 def sampling_of(test: Test) -> Sampling:
-    """Return what the log says of the times of a test."""
+    """Return the log's entry on the times of a test."""
     said = test.processing
     return Sampling(
         said.sample_rate,

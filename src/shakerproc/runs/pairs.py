@@ -40,7 +40,7 @@ NAMES: Final[Mapping[tuple[str, str], str]] = {
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Pair:
+class ChannelPair:
     """A response function as it was measured, in shown units; `row` is that of the output.
 
     `cross` has the spectra that it is read from: without what other forces cause.
@@ -63,7 +63,7 @@ class Pair:
     cross: spectra.CrossSpectra
 
 
-def functions_of(result: RunResult) -> list[Pair]:
+def functions_of(result: RunResult) -> list[ChannelPair]:
     """Return the response functions that the log asks for, else those over each force.
 
     Those that the log asks of every test and this run does not have are left out; those over
@@ -80,7 +80,7 @@ def functions_of(result: RunResult) -> list[Pair]:
     return [*asked, *(pair for f in _driving(result) for pair in _against(result, f))]
 
 
-def _asked_of(result: RunResult) -> tuple[list[Pair], list[str]]:
+def _asked_of(result: RunResult) -> tuple[list[ChannelPair], list[str]]:
     """Return the functions that the log asks for and the run has, and why it has not others.
 
     Raises
@@ -149,7 +149,7 @@ def _driving(result: RunResult) -> tuple[int, ...]:
     return tuple(i for i in forces_of(result.channels) if _driven(result, (i,)).any())
 
 
-def _against(result: RunResult, force: int) -> list[Pair]:
+def _against(result: RunResult, force: int) -> list[ChannelPair]:
     """Return every response over a force, without what the other forces cause."""
     if _not_apart(result, force):
         return []
@@ -207,7 +207,7 @@ def _pair(
     wanted: ResponseFunction,
     inputs: tuple[int, ...],
     output: int,
-) -> Pair:
+) -> ChannelPair:
     """Return one response function.
 
     Raises
@@ -222,7 +222,7 @@ def _pair(
     density = result.psd[list(inputs)].mean(axis=0)
     there = audible(result.spectra.frequency, density, result.band)
     scale = np.where(there, factor, np.nan)
-    return Pair(
+    return ChannelPair(
         label=f"{wanted.output} / {wanted.input}",
         name=NAMES.get((of, over), "response function") if unit else "transmissibility",
         unit=unit or "1",

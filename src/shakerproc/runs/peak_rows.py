@@ -42,7 +42,7 @@ class PeakRow:
 
     @property
     def cells(self) -> tuple[object, ...]:
-        """What stands under `COLUMNS`; None where there is nothing to say."""
+        """Cells under `COLUMNS`; None for an empty cell."""
         peak = self.peak
         least = f"{numeral(peak.height)} {self.unit}".strip()
         interval = None
@@ -102,7 +102,7 @@ def steady_withheld(run: RunSummary) -> str:
 
 
 def quantity_of(run: RunSummary) -> str:
-    """Return what the peaks are of: ``|H1|``, or ``PSD`` where there is no control."""
+    """Return the quantity of the peaks: ``|H1|``, or ``PSD`` where there is no control."""
     return "|H1|" if any(c.role == "control" for c in run.channels) else "PSD"
 
 
@@ -139,7 +139,7 @@ def peak_rows(run: RunSummary) -> tuple[PeakRow, ...]:
 
 
 def unresolved(run: RunSummary, rows: tuple[PeakRow, ...]) -> str:
-    """Return what ``>`` means beside a height; empty where the bins resolve every peak."""
+    """Return the meaning of ``>`` beside a height; empty where the bins resolve every peak."""
     if run.spectrum is None or all(row.peak.resolved for row in rows):
         return ""
     return (

@@ -1,4 +1,4 @@
-"""What a person should know of a recording beside its numbers: notes, and unused channels."""
+"""Remarks on a recording beside its numbers: notes, and unused channels."""
 
 from collections.abc import Iterable, Sequence
 from typing import Final
@@ -31,7 +31,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def by_tests(told: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
-    """Return what is told of tests, each line once with the tests that it is true of.
+    """Return the messages on tests, each line once with the tests that it is true of.
 
     Parameters
     ----------

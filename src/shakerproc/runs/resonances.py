@@ -14,7 +14,7 @@ from shakerproc.runs.result import (
     ResonancePeak,
     Responses,
 )
-from shakerproc.spectra import CrossSpectra, Damping, Line, Peak
+from shakerproc.spectra import CrossSpectra, Damping, Peak, SpectralLine
 from shakerproc.spectra.responses import masks
 from shakerproc.testlog import Test
 
@@ -31,7 +31,7 @@ class Search:
     test: Test
     band: tuple[float, float]
     finer: FinerSpectra | None
-    lines: tuple[Line, ...]  # tones of the control, which are no resonances
+    lines: tuple[SpectralLine, ...]  # tones of the control, which are no resonances
 
     @property
     def one_frequency(self) -> bool:

@@ -1,4 +1,4 @@
-"""What one recording comes to: arrays and numbers, all in SI."""
+"""Result of one recording: arrays and numbers, all in SI."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ def shown_ratio(output: str, over: str) -> tuple[str, float]:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Flag:
+class RunFlag:
     """Something odd about a run.
 
     Attributes
@@ -211,7 +211,7 @@ class RunResult:
         Why there is none although the log asks for it.
     envelope : Envelope
         Extremes over the whole recording.
-    flags : tuple of Flag
+    flags : tuple of RunFlag
         What is odd.
     swept : tuple of SweptReading
         The tallest point of every response along every sweep.
@@ -257,7 +257,7 @@ class RunResult:
     notch: NotchResult | None
     notch_problem: str
     envelope: Envelope
-    flags: tuple[Flag, ...]
+    flags: tuple[RunFlag, ...]
     swept: tuple[SweptReading, ...] = ()
     analyses: tuple[Analysis, ...] = ()
     blows: Blows | None = None

@@ -1,4 +1,4 @@
-"""What channels are used as where no log says it, and the unit that an option gives them."""
+"""Roles of channels where no log states them, and the unit that an option gives them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -45,12 +45,12 @@ _NOT_MOVING: Final[frozenset[Role]] = frozenset({"control", "force", _TACHOMETER
 
 
 def uses_of(recording: Recording, test: Test) -> list[ChannelUse]:
-    """Return what the log says of each channel of a recording; empty where it names none."""
+    """Return the log's use of each channel of a recording; empty where it names none."""
     return uses_of_channels(recording.channels, test)
 
 
 def uses_of_channels(channels: Sequence[Channel], test: Test) -> list[ChannelUse]:
-    """Return what the log says of each channel of a run; empty where it names none."""
+    """Return the log's use of each channel of a run; empty where it names none."""
     roles = {channel.role for channel in channels}
     said = [*test.channels, *(use for one in test.beside for use in one.channels)]
     names = {channel.source_name for channel in channels}
@@ -120,7 +120,7 @@ def without_tachometers(recording: Recording) -> Recording:
 
 
 def moving(recording: Recording) -> Recording:
-    """Return what is measured on the structure: neither what drives it nor tachometers."""
+    """Return the channels on the structure: neither those that drive it nor tachometers."""
     rows = [i for i, c in enumerate(recording.channels) if c.role not in _NOT_MOVING]
     return recording.select(rows)
 
@@ -179,7 +179,7 @@ def _speaks_of_control(name: str) -> bool:
 def usual_uses(
     group: RawGroup, run: str, controls: Sequence[str] | None, said: UnitOption | None
 ) -> tuple[ChannelUse, ...]:
-    """Return what the channels of a group are used as where no log says it.
+    """Return the uses of the channels of a group where no log states them.
 
     Responses keep the numbers ch3, ch4, ... of the thesis where only their place tells which
     channels are controls.
@@ -218,7 +218,7 @@ def usual_uses(
 
 
 def _key(channel: RawChannel, group: RawGroup) -> str | int:
-    """Return what a log calls a channel: its name or, of several of that name, its number."""
+    """Return the key of a channel in a log: its name, or its number if names repeat."""
     names = [other.name for other in group.channels]
     unique = names.count(channel.name) == 1
     return channel.name if unique else group.channels.index(channel) + 1

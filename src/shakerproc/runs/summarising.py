@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.runs import levels
-from shakerproc.runs.analysis import Analysis, Line
+from shakerproc.runs.analysis import Analysis, PanelLine
 from shakerproc.runs.curves import RANGE_DB, RunCurve, curves_of, surface_of
 from shakerproc.runs.flags import control_density, control_sweep
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_ratio, shown_unit
@@ -49,7 +49,7 @@ KEPT: Final = frozenset({
 def summary_of(
     result: RunResult, test: str, facts: Mapping[str, Value], recording: str, sha256: str
 ) -> RunSummary:
-    """Return what is kept of a run: its numbers, and its curves thinned."""
+    """Return the summary of a run: its numbers, and its curves thinned."""
     numbers = numbers_of(result, test, facts)
     return replace(
         numbers,
@@ -108,7 +108,7 @@ def _analysis(one: Analysis) -> AnalysisSummary:
     )
 
 
-def _line(line: Line) -> LineSummary:
+def _line(line: PanelLine) -> LineSummary:
     x, y = thinned(line.x, line.y, MOST_POINTS)
     values = tuple(finite(v) for v in _rounded(y, 4))
     return LineSummary(line.label, _rounded(x, 6), values, line.channel, line.look, line.style)

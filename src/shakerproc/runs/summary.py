@@ -1,4 +1,4 @@
-"""What is kept of one run: every number that a table, a trend or the report shows."""
+"""Summary of one run: every number that a table, a trend or the report shows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from pydantic_core import to_json
 from shakerproc import files
 from shakerproc.data import UnusedChannel
 from shakerproc.recordings import FAULTS
-from shakerproc.runs.analysis import Look, Scale
+from shakerproc.runs.analysis import Look, PanelScale
 from shakerproc.runs.remarks import unused_lines
 
 if TYPE_CHECKING:
@@ -296,15 +296,15 @@ class PanelSummary:
 
     title: str
     caption: str
-    x: Scale
-    y: Scale
+    x: PanelScale
+    y: PanelScale
     lines: tuple[LineSummary, ...]
     equal: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class AnalysisSummary:
-    """What is kept of an analysis that the log asks for.
+    """Summary of an analysis that the log asks for.
 
     Attributes
     ----------
@@ -403,7 +403,7 @@ class RunSummary:
 
     @property
     def unusable(self) -> tuple[FlagSummary, ...]:
-        """What is said of channels that did not measure."""
+        """Message on channels that did not measure."""
         return tuple(flag for flag in self.flags if flag.unusable)
 
     @property
@@ -414,7 +414,7 @@ class RunSummary:
 
     @property
     def told_status(self) -> str:
-        """What became of the test, for people: how much of a recording that was cut short."""
+        """Status of the test, for people: how much of a recording that was cut short."""
         if self.promised_s is None or self.duration_s is None:
             return self.status
         return f"incomplete, {self.duration_s:.2f} of {self.promised_s:.2f} s"

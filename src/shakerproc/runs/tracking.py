@@ -1,4 +1,4 @@
-"""What follows the excitation: swept, stepped and steady sines, and density against time."""
+"""Analyses along the excitation: swept, stepped and steady sines, density against time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -189,7 +189,7 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def least_sizes(machine: Machine, given: Input, largest: float) -> FloatArray:
-    """Return what the input alone makes of displacements and velocities in one sample.
+    """Return the displacements and velocities that the input alone gives in one sample.
 
     Errors are never compared with less: a joint that has just broken away moves by nothing.
 
@@ -221,7 +221,7 @@ def _growth(case: Case, motion: FloatArray) -> float:
 
 
 def _truncation(case: Case, motion: FloatArray, stats: FloatArray) -> float:
-    """Return what truncation makes of the trajectory, as a share of the largest motion.
+    """Return the truncation error of the trajectory, as a share of the largest motion.
 
     The distance to the same run at a tenth of the tolerance: errors of single steps add up,
     shift the phase and grow with the motion as no sum of theirs tells. Half as much again
@@ -246,7 +246,7 @@ def _shares(other: FloatArray, motion: FloatArray, n: int) -> tuple[float, float
 
 
 def _remarks(case: Case, motion: FloatArray) -> tuple[str, ...]:
-    """Return what the effects say of the motion between their places."""
+    """Return the remarks of the effects on the motion between their places."""
     n, names = len(case.system.names), case.system.names
     remarks = []
     for element in case.model.elements:

@@ -23,8 +23,8 @@ _ITERATIONS = 50
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
-    """What a method of comparison gives.
+class ComparedMotion:
+    """Motion by one method of comparison.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def newmark(
     tolerance: float = 1e-12,
     beta: float = 0.25,
     gamma: float = 0.5,
-) -> Motion:
+) -> ComparedMotion:
     r"""Return the response by Newmark's method, one step a sample.
 
     Predict, then correct by Newton's method with the effective stiffness
@@ -115,7 +115,7 @@ def newmark(
         a = (d - guess) / (beta * h**2)
         v = rate + gamma * h * a
         motion[:, :, step] = d, v, a
-    return Motion(motion[0], motion[1], motion[2], evaluations)
+    return ComparedMotion(motion[0], motion[1], motion[2], evaluations)
 
 
 def general_solver(
@@ -126,7 +126,7 @@ def general_solver(
     method: Literal["RK45", "RK23", "DOP853", "Radau", "BDF", "LSODA"] = "RK45",
     relative_tolerance: float = 1e-3,
     start: FloatArray | None = None,
-) -> Motion:
+) -> ComparedMotion:
     """Return the response by a general solver of ordinary differential equations.
 
     ``RK45`` at 1e-3 is what MATLAB's ode45 is by default, ``BDF`` close to its ode15s.
@@ -169,7 +169,7 @@ def general_solver(
     if not solved.success:
         raise SimulationError(f"{model.title}: {method} gives up: {solved.message}")
     acceleration = np.array([rates(t, y)[n:] for t, y in zip(time, solved.y.T, strict=True)]).T
-    return Motion(solved.y[:n], solved.y[n:], acceleration, int(solved.nfev))
+    return ComparedMotion(solved.y[:n], solved.y[n:], acceleration, int(solved.nfev))
 
 
 class _Forces:

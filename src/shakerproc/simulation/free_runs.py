@@ -22,7 +22,7 @@ RUNAWAY: Final = 1e3
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """What motions are held to, and how fast they are moved there.
+    """Measured motions towards which runs are nudged, and the rate [1/s].
 
     After every sample the displacements and velocities that were measured pull the model's to
     them by 1 - exp(-rate h), h being the time between samples (nudging).
@@ -64,7 +64,7 @@ class Held:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Runs:
-    """What to simulate.
+    """Inputs, windows and starts of the runs to simulate.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Runs:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeRuns:
-    """What the sensors of a model record in free runs.
+    """Signals of the sensors of a model in free runs.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ def free_runs(
     means: bool = True,
     plain: bool = False,
 ) -> FreeRuns:
-    """Return what the sensors of a model record in windows of tests, without an error raised.
+    """Return the signals of a model's sensors in windows of tests, without an error raised.
 
     Parameters
     ----------

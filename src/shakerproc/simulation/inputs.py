@@ -1,4 +1,4 @@
-"""What shakes a model, prepared for the steppers."""
+"""Inputs of a model, prepared for the steppers."""
 
 from dataclasses import dataclass, replace
 from typing import Final, final
@@ -25,7 +25,7 @@ MOST_SAMPLES: Final = 2e7
 @final
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Input:
-    """What shakes the model, prepared once for any number of simulations.
+    """Input of the model, prepared once for any number of simulations.
 
     Attributes
     ----------

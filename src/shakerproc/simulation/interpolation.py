@@ -162,7 +162,7 @@ def _error_of_beginnings(stretches: FloatArray, exact: FloatArray, earlier: int)
 
 
 def _predicted(samples: FloatArray) -> FloatArray:
-    """Return what follows samples by the linear prediction that fits them.
+    """Return the continuation of samples by the linear prediction that fits them.
 
     Parameters
     ----------

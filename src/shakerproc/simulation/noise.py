@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 
 @final
 @dataclass(frozen=True, slots=True)
-class Profile:
+class NoiseProfile:
     """A power spectral density, straight between its breakpoints on double-log paper.
 
     Attributes
@@ -58,7 +58,7 @@ class Profile:
         return float(np.sqrt(total))
 
 
-def flat_profile(low: float, high: float, density: float) -> Profile:
+def flat_profile(low: float, high: float, density: float) -> NoiseProfile:
     """Return the profile of band-limited white noise.
 
     Parameters
@@ -68,17 +68,17 @@ def flat_profile(low: float, high: float, density: float) -> Profile:
     density : float
         Density inside [(m/s^2)^2/Hz or N^2/Hz].
     """
-    return Profile((low, high), (density, density))
+    return NoiseProfile((low, high), (density, density))
 
 
 def random_noise(
-    profile: Profile, duration: float, sample_rate: float, generator: np.random.Generator
+    profile: NoiseProfile, duration: float, sample_rate: float, generator: np.random.Generator
 ) -> FloatArray:
     """Return Gaussian noise of a profile.
 
     Parameters
     ----------
-    profile : Profile
+    profile : NoiseProfile
         Its density; what lies above half the sample rate is left out.
     duration : float
         Length; the noise repeats after it [s].
@@ -99,7 +99,7 @@ def random_noise(
 
 
 def multisine(
-    profile: Profile,
+    profile: NoiseProfile,
     period: float,
     sample_rate: float,
     generator: np.random.Generator,
@@ -114,7 +114,7 @@ def multisine(
 
     Parameters
     ----------
-    profile : Profile
+    profile : NoiseProfile
         Its density.
     period : float
         Time after which it repeats; one over it is the distance of its lines [s].
@@ -199,7 +199,7 @@ def _lines(duration: float, sample_rate: float) -> tuple[int, FloatArray]:
 
 def _from_lines(
     spectrum: FloatArray | np.ndarray[tuple[int, ...], np.dtype[np.complex128]],
-    profile: Profile,
+    profile: NoiseProfile,
     frequency: FloatArray,
     n: int,
     sample_rate: float,

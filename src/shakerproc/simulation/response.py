@@ -105,7 +105,7 @@ def simulate_many(
     growth: bool = False,
     workers: int | None = None,
 ) -> list[Result]:
-    """Return what `reduce` makes of the response of each of many models, on all cores.
+    """Return the response of each of many models, reduced by `reduce`, on all cores.
 
     Parameters
     ----------

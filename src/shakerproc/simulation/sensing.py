@@ -1,4 +1,4 @@
-"""What the sensors of a model record of its motion."""
+"""Signals of the sensors of a model, from its motion."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What a simulation gives back."""
+"""Result of a simulation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -65,7 +65,7 @@ class Placed:
         return np.asarray(rows - (ends - self.rows)[which])
 
     def between(self, begin: int, stop: int, ready: int) -> tuple[Places, Places, Places]:
-        """Return what becomes of the rows from begin to stop of all windows together.
+        """Return samples and places of the rows from begin to stop of all windows together.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What the sensors of a model record in windows of a test."""
+"""Signals of the sensors of a model in windows of a test."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -117,7 +117,7 @@ def base_motion(model: Model, given: Input) -> BaseMotion | None:
 def sense(
     model: Model, system: System, motion: Motion, rate: float, *, means: bool
 ) -> FloatArray:
-    """Return what every sensor records, faults apart, (n_sensors, n) array [SI].
+    """Return the signal of every sensor, faults apart, (n_sensors, n) array [SI].
 
     Parameters
     ----------

@@ -33,13 +33,13 @@ from shakerproc.spectra.responses.estimators import (
 )
 from shakerproc.spectra.responses.masks import driven, excited, masked
 from shakerproc.spectra.thesis import (
-    Table,
     ThesisPeak,
     ThesisSettings,
+    ThesisTable,
     ThesisTables,
     thesis_tables,
 )
-from shakerproc.spectra.tones.lines import Line, beside_lines, steady_lines
+from shakerproc.spectra.tones.lines import SpectralLine, beside_lines, steady_lines
 from shakerproc.spectra.tones.notch_filters import Notched, notch, thesis_notch
 from shakerproc.spectra.tones.passing import SweptMode, fastest_rate, swept_mode
 from shakerproc.spectra.tones.steady import Tone, stepped_response, tone_response
@@ -66,16 +66,16 @@ __all__ = [
     "Damping",
     "Detrend",
     "Imbalance",
-    "Line",
     "Notched",
     "Peak",
+    "SpectralLine",
     "Spectrogram",
     "Statistics",
     "Sweep",
     "SweptMode",
-    "Table",
     "ThesisPeak",
     "ThesisSettings",
+    "ThesisTable",
     "ThesisTables",
     "ThresholdNotReachedError",
     "Tone",

@@ -34,7 +34,7 @@ FINER: Final = 8
 @final
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """What a recorder's clock shows: time = (t - offset) (1 + drift) at time t of another's.
+    """Clock of a recorder: time = (t - offset) (1 + drift) at time t of another's.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Clock:
     correlation: float = 1.0
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Return what it shows at times of the other clock [s]."""
+        """Return its readings at times of the other clock [s]."""
         return (time - self.offset) * (1.0 + self.drift)
 
 

@@ -269,7 +269,7 @@ def _append(events: list[_Event], where: np.ndarray, pause: int) -> None:
 
 
 def _warning(events: list[_Event], sample_rate: float) -> str | None:
-    """Return what to say of a first or last event that stands alone."""
+    """Return the warning of a first or last event that stands alone."""
     if len(events) < 2:
         return None
     total = sum(e.size for e in events)

@@ -13,7 +13,7 @@ from shakerproc.spectra.shock import HIGHEST, STEPS, transitions
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class FatigueSpectra:
-    """What vibration does to oscillators on it, (n_channels, n_frequencies) arrays.
+    """Response and damage of oscillators under vibration, (n_channels, n_frequencies) arrays.
 
     Attributes
     ----------

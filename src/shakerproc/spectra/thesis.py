@@ -78,7 +78,7 @@ class ThesisSettings:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class ThesisTable:
     """One table: an index and named columns of the same length.
 
     Attributes
@@ -140,7 +140,7 @@ class ThesisTables:
         ``thesis`` or ``corrected``.
     crop : mapping
         What was cropped and the sample rate derived from it.
-    tables : mapping of str to Table
+    tables : mapping of str to ThesisTable
         psd, frf, coherence, notch_psd, notch_frf, notch_coherence, notch_signal and
         periodogram_every97.
     peaks : tuple of ThesisPeak
@@ -149,7 +149,7 @@ class ThesisTables:
 
     mode: Mode
     crop: Mapping[str, float]
-    tables: Mapping[str, Table]
+    tables: Mapping[str, ThesisTable]
     peaks: tuple[ThesisPeak, ...]
 
 
@@ -285,20 +285,20 @@ def _end_and_rate(
 
 def _spectra(
     prefix: str, spectra: CrossSpectra, sample_rate: float, layout: _Layout
-) -> dict[str, Table]:
+) -> dict[str, ThesisTable]:
     """Return PSD, PSD ratio and coherence, each on the frequency axis that the thesis uses."""
     controls, responses = layout.controls, layout.responses
     axis = spectra.frequency * (sample_rate / spectra.sample_rate)
     ratio = layout.columns(psd_ratio(spectra, controls, responses), responses)
     coherent = layout.columns(coherence(spectra, controls, responses), responses)
     return {
-        f"{prefix}psd": Table("frequency_hz", axis, layout.columns(psd(spectra))),
-        f"{prefix}frf": Table("frequency_hz", axis, ratio),
-        f"{prefix}coherence": Table("frequency_hz", spectra.frequency, coherent),
+        f"{prefix}psd": ThesisTable("frequency_hz", axis, layout.columns(psd(spectra))),
+        f"{prefix}frf": ThesisTable("frequency_hz", axis, ratio),
+        f"{prefix}coherence": ThesisTable("frequency_hz", spectra.frequency, coherent),
     }
 
 
-def _excerpt(filtered: FloatArray, layout: _Layout) -> Table:
+def _excerpt(filtered: FloatArray, layout: _Layout) -> ThesisTable:
     """Return the first, middle and last samples of the filtered responses."""
     n_samples = filtered.shape[1]
     run = np.arange(min(EXCERPT, n_samples))
@@ -306,18 +306,24 @@ def _excerpt(filtered: FloatArray, layout: _Layout) -> Table:
     where = np.unique(np.concatenate([run, middle + run, n_samples - run.size + run]))
     where = where[where < n_samples]
     rows = filtered[layout.n_controls :, where]
-    return Table("sample_0based", where.astype(float), layout.columns(rows, layout.responses))
+    return ThesisTable(
+        "sample_0based", where.astype(float), layout.columns(rows, layout.responses)
+    )
 
 
-def _periodogram(data: FloatArray, rate: float, sample_rate: float, layout: _Layout) -> Table:
+def _periodogram(
+    data: FloatArray, rate: float, sample_rate: float, layout: _Layout
+) -> ThesisTable:
     """Return every 97th bin of the periodogram of the whole crop."""
     frequency, density = periodogram(data, rate)
     axis = frequency * (sample_rate / rate)
     stride = slice(None, None, PERIODOGRAM_STRIDE)
-    return Table("frequency_hz", axis[stride], layout.columns(density[:, stride]))
+    return ThesisTable("frequency_hz", axis[stride], layout.columns(density[:, stride]))
 
 
-def _all_peaks(densities: Table, ratios: Table, layout: _Layout) -> tuple[ThesisPeak, ...]:
+def _all_peaks(
+    densities: ThesisTable, ratios: ThesisTable, layout: _Layout
+) -> tuple[ThesisPeak, ...]:
     """Return the peaks of every response, PSD first."""
     responses = [layout.names[i] for i in layout.responses]
     found = []

@@ -33,7 +33,7 @@ _WORDS: Final = {
 @final
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What is wanted of a quantity.
+    """Condition on a quantity.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class Checked:
 
 
 def verdict_of(checks: Sequence[Checked]) -> Verdict:
-    """Return what checks come to: all, some or none of their cases came true."""
+    """Return the verdict of checks: all, some or none of their cases came true."""
     if not sum(check.of for check in checks):
         return "not checked"
     passed = sum(check.passed for check in checks)

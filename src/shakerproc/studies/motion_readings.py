@@ -1,4 +1,4 @@
-"""What is read from a motion beside its spectral peak: cycles, decay, periods, shares."""
+"""Readings of a motion beside its spectral peak: cycles, decay, periods, shares."""
 
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -9,18 +9,18 @@ from shakerproc.data import FloatArray
 from shakerproc.models import Model
 from shakerproc.simulation.simulation import CHAOTIC_GROWTH
 from shakerproc.studies.estimators import Spectrum
-from shakerproc.studies.simulated import Motion, ensemble, simulated
-from shakerproc.studies.study import Run
+from shakerproc.studies.simulated import SimulatedMotion, ensemble, simulated
+from shakerproc.studies.study import StudyRun
 
 SETTLED: Final = 1e-3
 """How near a motion must come back to count as the same, over its largest value [-]."""
 
-Reader = Callable[[Motion], Mapping[str, float]]
+Reader = Callable[[SimulatedMotion], Mapping[str, float]]
 
 
 def read_run(
-    model: Model, run: Run, several: int, read: Reader
-) -> tuple[Motion, dict[str, float], dict[str, float]]:
+    model: Model, run: StudyRun, several: int, read: Reader
+) -> tuple[SimulatedMotion, dict[str, float], dict[str, float]]:
     """Return the motion of a run, what is read from it, and how finely that is known.
 
     Where the run is chaotic, the values are means over neighbouring runs, and a difference
@@ -30,7 +30,7 @@ def read_run(
     ----------
     model : Model
         What is shaken.
-    run : Run
+    run : StudyRun
         How.
     several : int
         Number of neighbouring runs; below 2 the one run has to do.
@@ -76,7 +76,7 @@ def _crossings(time: FloatArray, displacement: FloatArray) -> FloatArray:
     return found
 
 
-def half_cycle_scatter(motion: Motion) -> float:
+def half_cycle_scatter(motion: SimulatedMotion) -> float:
     """Return the largest change from one half cycle to the next, over the mean half cycle [-].
 
     One frequency that glides changes a little from each to the next; several frequencies at
@@ -88,7 +88,7 @@ def half_cycle_scatter(motion: Motion) -> float:
     return float(np.max(np.abs(np.diff(lengths))) / np.mean(lengths))
 
 
-def decay(motion: Motion) -> float:
+def decay(motion: SimulatedMotion) -> float:
     """Return the largest displacement of the last tenth over that of the first [-]."""
     tenth = max(1, motion.displacement.size // 10)
     first = float(np.max(np.abs(motion.displacement[:tenth])))
@@ -96,7 +96,7 @@ def decay(motion: Motion) -> float:
     return last / first if first > 0.0 else float("nan")
 
 
-def distortion(motion: Motion) -> float:
+def distortion(motion: SimulatedMotion) -> float:
     """Return how far the first cycle is from a sine, rms over rms [-]; NaN without a cycle."""
     ends = _crossings(motion.time, motion.displacement)[:3]
     if ends.size < 3:

@@ -7,7 +7,7 @@ from typing import Final
 from shakerproc.finite_elements.thermal import clearances_at
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Gap, OffsetGap
-from shakerproc.studies.study import Run, Warmth
+from shakerproc.studies.study import StudyRun, Warmth
 
 TEMPERATURE: Final = "joint.temperature"
 """The place that sets the clearance of every gap by thermal expansion."""
@@ -62,11 +62,11 @@ def unit_of_place(model: Model, place: str, warmth: Warmth | None = None) -> str
 
 def placed(
     model: Model,
-    run: Run | None,
+    run: StudyRun | None,
     places: Sequence[str],
     value: float,
     warmth: Warmth | None = None,
-) -> tuple[Model, Run | None]:
+) -> tuple[Model, StudyRun | None]:
     """Return model and run with a value [SI] set at every place."""
     for place in places:
         head, *rest = place.split(".")
@@ -148,7 +148,7 @@ def _with_parameter(model: Model, index: int, name: str, value: float) -> Model:
     return replace(model, elements=tuple(elements))
 
 
-def _with_field(run: Run, name: str, value: float) -> Run:
+def _with_field(run: StudyRun, name: str, value: float) -> StudyRun:
     field = RUN_FIELDS.get(name, name.replace(" ", "_"))
     kinds = {f.name: f.type for f in fields(run)}
     number = int(value) if kinds[field] in {int, "int"} else value

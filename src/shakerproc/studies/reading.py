@@ -9,11 +9,11 @@ from shakerproc.model_files import read_model
 from shakerproc.models import Model
 from shakerproc.studies.claim_reading import read_claim
 from shakerproc.studies.kinds import KINDS, OPTIONS
-from shakerproc.studies.kinds.base import Job, jobs_of
+from shakerproc.studies.kinds.base import StudyJob, jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
 from shakerproc.studies.placing import unit_of_place
 from shakerproc.studies.schema import StudySection
-from shakerproc.studies.study import Measure, Run, Study, Variation, Warmth
+from shakerproc.studies.study import Measure, Study, StudyRun, Variation, Warmth
 from shakerproc.units import near_miss, to_si
 
 
@@ -93,7 +93,7 @@ def _model(document: Document[StudySection]) -> Model | None:
     return read_model(path)
 
 
-def _run(document: Document[StudySection], model: Model | None) -> Run | None:
+def _run(document: Document[StudySection], model: Model | None) -> StudyRun | None:
     """Return the run of a study, its level in SI.
 
     Raises
@@ -111,7 +111,7 @@ def _run(document: Document[StudySection], model: Model | None) -> Run | None:
             level = to_si(section.level, unit)
         except ValueError as error:
             raise document.error(("run", "level"), f"run: level: {error}") from error
-    return Run(
+    return StudyRun(
         excitation=section.excitation,
         level=level,
         from_hz=section.start,
@@ -288,9 +288,9 @@ def _blamed(study: Study) -> tuple[str | int, ...]:
 
 
 def _problem(study: Study) -> str:
-    """Return what makes a study without its variations impossible; nothing where it is not."""
+    """Return the error of a study without its variations; empty where it can be done."""
     try:
-        KINDS[study.kind].check_job(study, Job(study.model, study.run))
+        KINDS[study.kind].check_job(study, StudyJob(study.model, study.run))
     except ValueError as error:
         return str(error)
     return ""

@@ -1,4 +1,4 @@
-"""What a study gives: tables, and panels that any drawing program can draw."""
+"""Results of a study: tables, and panels that any drawing program can draw."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ Columns: TypeAlias = Mapping[str, NDArray[np.generic]]
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class StudyLine:
     """One line, or one cloud of points.
 
     Attributes
@@ -39,7 +39,7 @@ class Line:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Image:
+class StudyImage:
     """A density over two axes.
 
     Attributes
@@ -59,20 +59,20 @@ class Image:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Panel:
+class StudyPanel:
     """One pair of axes.
 
     Attributes
     ----------
     x_label, y_label : str
         Names with units.
-    lines : tuple of Line
+    lines : tuple of StudyLine
         What is drawn.
     title : str
         Headline; empty for none.
     log_x, log_y : bool
         Whether an axis is logarithmic.
-    image : Image, optional
+    image : StudyImage, optional
         What lies under the lines.
     square : bool
         Whether the panel is about as high as wide.
@@ -80,11 +80,11 @@ class Panel:
 
     x_label: str
     y_label: str
-    lines: tuple[Line, ...]
+    lines: tuple[StudyLine, ...]
     title: str = ""
     log_x: bool = False
     log_y: bool = False
-    image: Image | None = None
+    image: StudyImage | None = None
     square: bool = False
 
 
@@ -101,7 +101,7 @@ class StudyResult:
         Figure of the thesis; empty for none.
     columns : mapping of str to (n,) array
         The table, units in the names.
-    panels : tuple of Panel
+    panels : tuple of StudyPanel
         The figure.
     method : str
         How the numbers came about: estimator, bin width, direction, severity.
@@ -120,7 +120,7 @@ class StudyResult:
     title: str
     figure: str
     columns: Columns
-    panels: tuple[Panel, ...]
+    panels: tuple[StudyPanel, ...]
     method: str
     quantities: Columns = field(default_factory=dict)
     statement: str = ""
@@ -130,7 +130,7 @@ class StudyResult:
 
     @property
     def outcome(self) -> Verdict:
-        """What the checks come to; ``not checked`` where there are none."""
+        """Outcome of the checks; ``not checked`` where there are none."""
         return verdict_of(self.checks)
 
     @property

@@ -1,15 +1,15 @@
 """Whether a run can be done at all: a level, a band in order, a bounded number of samples."""
 
 from shakerproc.simulation.inputs import MOST_SAMPLES
-from shakerproc.studies.study import Measure, Run
+from shakerproc.studies.study import Measure, StudyRun
 
 
-def check_run(run: Run) -> None:
+def check_run(run: StudyRun) -> None:
     """Pass a run that can be done.
 
     Parameters
     ----------
-    run : Run
+    run : StudyRun
         The run.
 
     Raises
@@ -46,13 +46,13 @@ def check_run(run: Run) -> None:
         )
 
 
-def samples_left(run: Run) -> int:
+def samples_left(run: StudyRun) -> int:
     """Return how many samples of a run are looked at."""
     n_samples = round(run.duration * run.sample_rate) + 1
     return n_samples - int(run.settle * n_samples)
 
 
-def check_measure(measure: Measure, run: Run) -> None:
+def check_measure(measure: Measure, run: StudyRun) -> None:
     """Pass what can be read of a run.
 
     Raises

@@ -14,7 +14,7 @@ from shakerproc import __version__, files
 from shakerproc.errors import SimulationError
 from shakerproc.executors import AbstractExecutor, Task, ThreadExecutor
 from shakerproc.studies.kinds import KINDS
-from shakerproc.studies.kinds.base import Finding, Job, jobs_of
+from shakerproc.studies.kinds.base import JobFinding, StudyJob, jobs_of
 from shakerproc.studies.results import StudyResult
 from shakerproc.studies.study import Study
 
@@ -67,8 +67,8 @@ def run_study(
     return kind.result(study, jobs, [found[i] for i in range(len(jobs))])
 
 
-def compute(given: tuple[Study, Job]) -> Mapping[str, str]:
-    """Return what a job finds, its columns bit by bit as text."""
+def compute(given: tuple[Study, StudyJob]) -> Mapping[str, str]:
+    """Return the finding of a job, its columns bit by bit as text."""
     study, job = given
     buffer = io.BytesIO()
     found = KINDS[study.kind].compute(study, job)
@@ -81,28 +81,28 @@ def compute(given: tuple[Study, Job]) -> Mapping[str, str]:
     return {"columns": base64.b64encode(buffer.getvalue()).decode("ascii")}
 
 
-def _kept(study: Study, job: Job, folder: Path | None) -> Finding | None:
-    """Return what an earlier run found, if it left a file."""
+def _kept(study: Study, job: StudyJob, folder: Path | None) -> JobFinding | None:
+    """Return the finding of an earlier run, if it left a file."""
     path = None if folder is None else folder / f"{_key(study, job)}.npz"
     return _finding(path.read_bytes()) if path is not None and path.is_file() else None
 
 
-def _finding(content: bytes) -> Finding:
+def _finding(content: bytes) -> JobFinding:
     with np.load(io.BytesIO(content), allow_pickle=False) as kept:
         parts = [(*name.split(" ", 1), kept[name]) for name in kept.files]
-    return Finding(
+    return JobFinding(
         {name: values for part, name, values in parts if part == "column"},
         {name: float(value) for part, name, value in parts if part == "quantity"},
         {name: float(value) for part, name, value in parts if part == "resolution"},
     )
 
 
-def _tell(progress: Callable[[str], None] | None, job: Job) -> None:
+def _tell(progress: Callable[[str], None] | None, job: StudyJob) -> None:
     if progress is not None:
         progress(", ".join(job.texts))
 
 
-def _key(study: Study, job: Job) -> str:
+def _key(study: Study, job: StudyJob) -> str:
     """Return a hash of all that the result of a job depends on, its layout included."""
     everything = [
         __version__,

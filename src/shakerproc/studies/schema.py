@@ -36,7 +36,7 @@ class RunSection(Section):
 
 
 class MeasureSection(Section):
-    """What is read from a run."""
+    """Reading taken from a run."""
 
     of: Literal["acceleration", "velocity", "displacement"] = "acceleration"
     estimator: Literal["periodogram", "welch"] = "periodogram"
@@ -69,7 +69,7 @@ class CheckSection(Section):
 
 
 class ClaimSection(Section):
-    """What somebody stated, and the checks that it must pass."""
+    """A published statement, and the checks that it must pass."""
 
     statement: str
     quantity: str | None = None

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
 from shakerproc.simulation import Simulation, simulate
-from shakerproc.studies.study import Quantity, Run
+from shakerproc.studies.study import Quantity, StudyRun
 
 NEIGHBOUR = 1e-9
 """How far apart the neighbouring runs of an ensemble begin, over the displacement there is."""
@@ -17,7 +17,7 @@ NEIGHBOUR = 1e-9
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class SimulatedMotion:
     """The motion of the first mass relative to the base, what is to settle left out.
 
     Attributes
@@ -50,7 +50,7 @@ class Motion:
         return found
 
 
-def signal_of(run: Run) -> Callable[[FloatArray], FloatArray]:
+def signal_of(run: StudyRun) -> Callable[[FloatArray], FloatArray]:
     """Return the excitation as a function of time [s], in its SI unit.
 
     A sweep begins as a cosine, as MATLAB's chirp; its phase is the integral of its frequency
@@ -77,7 +77,7 @@ def signal_of(run: Run) -> Callable[[FloatArray], FloatArray]:
     raise ValueError("random excitation is no function of time")
 
 
-def excitation_of(run: Run) -> FloatArray:
+def excitation_of(run: StudyRun) -> FloatArray:
     """Return the samples of the excitation, (n,) array in its SI unit.
 
     Random excitation is a multisine with random phases, flat between its frequencies, of the
@@ -98,7 +98,7 @@ def excitation_of(run: Run) -> FloatArray:
     return np.asarray(run.level * samples / np.sqrt(np.mean(samples**2)))
 
 
-def simulated(model: Model, run: Run, *, growth: bool = True) -> Motion:
+def simulated(model: Model, run: StudyRun, *, growth: bool = True) -> SimulatedMotion:
     """Return the motion of the first mass in one run."""
     if run.method != "exact":
         return _by_thesis_method(model, run)
@@ -114,7 +114,7 @@ def simulated(model: Model, run: Run, *, growth: bool = True) -> Motion:
     return _motion(found, run)
 
 
-def _by_thesis_method(model: Model, run: Run) -> Motion:
+def _by_thesis_method(model: Model, run: StudyRun) -> SimulatedMotion:
     """Return the motion by one of the methods that the thesis used; no growth is known.
 
     Raises
@@ -143,7 +143,7 @@ def _by_thesis_method(model: Model, run: Run) -> Motion:
         )
     skip = int(run.settle * samples.size)
     moving = 0.0 if model.excitation.on is not None else samples
-    return Motion(
+    return SimulatedMotion(
         sample_rate=run.sample_rate,
         time=time[skip:],
         displacement=found.displacement[0, skip:],
@@ -154,7 +154,9 @@ def _by_thesis_method(model: Model, run: Run) -> Motion:
     )
 
 
-def _at_a_time(run: Run, time: FloatArray, samples: FloatArray) -> Callable[[float], float]:
+def _at_a_time(
+    run: StudyRun, time: FloatArray, samples: FloatArray
+) -> Callable[[float], float]:
     """Return the excitation at one time [s]; straight lines between samples of random ones."""
     if run.excitation == "random":
         return lambda t: float(np.interp(t, time, samples))
@@ -162,14 +164,14 @@ def _at_a_time(run: Run, time: FloatArray, samples: FloatArray) -> Callable[[flo
     return lambda t: float(signal(np.array([t]))[0])
 
 
-def ensemble(model: Model, run: Run, count: int) -> list[Motion]:
+def ensemble(model: Model, run: StudyRun, count: int) -> list[SimulatedMotion]:
     """Return neighbouring runs, whose initial displacements differ by next to nothing.
 
     Parameters
     ----------
     model : Model
         What is shaken.
-    run : Run
+    run : StudyRun
         How.
     count : int
         Number of runs.
@@ -183,7 +185,7 @@ def ensemble(model: Model, run: Run, count: int) -> list[Motion]:
 
 
 def strobe(
-    model: Model, run: Run, *, periods: int, settle: int, phases: int
+    model: Model, run: StudyRun, *, periods: int, settle: int, phases: int
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return displacement and velocity once a period, at each of several phases.
 
@@ -191,7 +193,7 @@ def strobe(
     ----------
     model : Model
         What is shaken by a sine.
-    run : Run
+    run : StudyRun
         Its level, frequency and initial state.
     periods : int
         Periods that are looked at.
@@ -227,9 +229,9 @@ def strobe(
     return x.T, v.T, float("nan") if found.growth is None else found.growth
 
 
-def _motion(found: Simulation, run: Run) -> Motion:
+def _motion(found: Simulation, run: StudyRun) -> SimulatedMotion:
     skip = int(run.settle * found.excitation.size)
-    return Motion(
+    return SimulatedMotion(
         sample_rate=found.sample_rate,
         time=found.time[skip:],
         displacement=found.displacement[0, skip:],

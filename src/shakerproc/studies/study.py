@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
 
-from shakerproc.finite_elements.thermal import Fit
+from shakerproc.finite_elements.thermal import ThermalFit
 from shakerproc.models import Model
 from shakerproc.studies.checks import Check
 
@@ -14,7 +14,7 @@ Method: TypeAlias = Literal["exact", "Newmark", "RK45", "BDF"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class Run:
+class StudyRun:
     """One simulated run.
 
     Attributes
@@ -71,7 +71,7 @@ class Run:
 @final
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """What is read from a run.
+    """Reading taken from a run.
 
     Attributes
     ----------
@@ -131,20 +131,20 @@ class Warmth:
 
     Attributes
     ----------
-    fit : Fit
+    fit : ThermalFit
         Sizes and materials of opening and insert; the play itself is the model's.
     reference : float
         Temperature at which the joint has the model's clearance [K].
     """
 
-    fit: Fit
+    fit: ThermalFit
     reference: float
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What somebody stated, and how it is put to the test.
+    """A published statement, and how it is put to the test.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class Study:
         Figure of the thesis that it draws; empty for none.
     model : Model or None
         What is shaken; a formula needs none.
-    run : Run or None
+    run : StudyRun or None
         How; curves need none.
     measure : Measure
         What is read.
@@ -199,7 +199,7 @@ class Study:
     kind: str
     figure: str
     model: Model | None
-    run: Run | None
+    run: StudyRun | None
     measure: Measure
     vary: tuple[Variation, ...]
     claim: Claim | None

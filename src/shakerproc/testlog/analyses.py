@@ -1,4 +1,4 @@
-"""What further analyses a log may ask for, in SI."""
+"""Settings of the further analyses that a log may ask for, in SI."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final

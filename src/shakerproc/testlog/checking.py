@@ -1,4 +1,4 @@
-"""What a test must say, must not say, and must not share with another test."""
+"""Checks of a test: required and forbidden keys, and those unique among tests."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -98,7 +98,7 @@ def _check_multisine(section: TestSection, kind: str) -> None:
 
 
 class Sharing:
-    """What the tests read so far have: ids, spellings, recordings."""
+    """Ids, spellings and recordings of the tests read so far."""
 
     def __init__(self) -> None:
         self.ids: dict[str, tuple[Test, int]] = {}

@@ -1,4 +1,4 @@
-"""What is tested, and with what: specimens, the shaker, instruments."""
+"""Specimens, the shaker, instruments."""
 
 from dataclasses import dataclass
 from typing import final
@@ -9,7 +9,7 @@ from shakerproc.data import told_days
 @final
 @dataclass(frozen=True, slots=True)
 class Shaker:
-    """What the shaker can do, zero to peak; None is not known.
+    """Limits of the shaker, zero to peak; None is not known.
 
     Attributes
     ----------

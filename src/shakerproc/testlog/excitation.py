@@ -1,4 +1,4 @@
-"""What a test is driven by: kinds of excitation, units of levels, profiles."""
+"""Excitations of a test: kinds, units of levels, profiles."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class ProfileNotch:
 @final
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """What a test demands at every frequency: breakpoints, straight lines on log axes.
+    """Demanded level at every frequency: breakpoints, straight lines on log axes.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ class MultisineSection(Section):
 
 
 def multisine_of(section: MultisineSection | None) -> Multisine | None:
-    """Return what the log says of a multisine; None where it says nothing."""
+    """Return the multisine of the log; None where it states none."""
     return None if section is None else Multisine(**dict(section))
 
 

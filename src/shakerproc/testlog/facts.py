@@ -1,4 +1,4 @@
-"""What the log says of a test, as the columns of every table."""
+"""Facts of a test in the log, as the columns of every table."""
 
 from typing import Final
 

@@ -17,7 +17,7 @@ MOST_OF_TEMPLATE: Final = 1_000_000
 @final
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What the log says for the top of the report; text is empty where it says nothing.
+    """Entries of the log for the top of the report; empty text where it has none.
 
     Attributes
     ----------

@@ -48,7 +48,7 @@ T = TypeVar("T")
 def merged_channels(
     log: Mapping[Key, ChannelSection], test: Mapping[Key, ChannelSection]
 ) -> tuple[ChannelUse, ...]:
-    """Return what the channels are used as; a test's entry replaces the log's.
+    """Return the uses of the channels; a test's entry replaces the log's.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def _functions(base: Processing, section: ProcessingSection) -> tuple[ResponseFu
 
 
 def _asked(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:
-    """Return what is asked of an analysis; None where neither log nor test asks for it.
+    """Return the settings of an analysis; None where neither log nor test asks for it.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def modal_of(section: ModalSection) -> Modal:
 
 
 def merged_expectation(base: Expectation, section: ExpectSection) -> Expectation:
-    """Return what recordings must be: `base`, overridden where the section says so."""
+    """Return the expectations of recordings: `base`, overridden by the section."""
     return _overridden(base, section)
 
 

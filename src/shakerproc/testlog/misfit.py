@@ -1,4 +1,4 @@
-"""What does not fit together in a section of the log, and at which of its keys."""
+"""Contradictions within a section of the log, and at which of its keys."""
 
 from typing import TYPE_CHECKING
 

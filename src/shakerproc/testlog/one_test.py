@@ -23,7 +23,7 @@ Fact: TypeAlias = str | float | bool | None
 @final
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What the log says a recording must be; None is not checked.
+    """Expected properties of a recording; None is not checked.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a test consists of besides one recording: further files, other recorders, events."""
+"""Parts of a test beside one recording: further files, other recorders, events."""
 
 from dataclasses import dataclass
 from typing import final

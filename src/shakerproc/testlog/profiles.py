@@ -26,7 +26,7 @@ _SHOWN: Final[Mapping[str, str]] = {"(m/s^2)^2/Hz": "g^2/Hz", "m/s^2": "g"}
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Row:
+class _ProfileRow:
     """A breakpoint as it is written: a level, or a slope from the breakpoint beside it."""
 
     frequency: float
@@ -93,7 +93,7 @@ def _misfit(row: int, text: str) -> Exception:
 def _joined(
     name: str,
     section: ProfileSection,
-    rows: Sequence[_Row],
+    rows: Sequence[_ProfileRow],
     unit: LevelUnit,
     place: Raise,
     *,
@@ -158,7 +158,7 @@ def _held(values: Sequence[float | None], first: float) -> tuple[float, ...]:
     return tuple(found)
 
 
-def _levels(rows: Sequence[_Row], unit: LevelUnit, place: Raise) -> tuple[float, ...]:
+def _levels(rows: Sequence[_ProfileRow], unit: LevelUnit, place: Raise) -> tuple[float, ...]:
     """Return the level of every breakpoint, slopes followed from the one beside it.
 
     A slope leads here from the breakpoint before; those before the first level lead from here
@@ -186,7 +186,7 @@ def _levels(rows: Sequence[_Row], unit: LevelUnit, place: Raise) -> tuple[float,
     return tuple(level for level in levels if level is not None)
 
 
-def _row(i: int, written: Written, unit: LevelUnit, place: Raise) -> _Row:
+def _row(i: int, written: Written, unit: LevelUnit, place: Raise) -> _ProfileRow:
     """Return a breakpoint in SI.
 
     Raises
@@ -208,7 +208,7 @@ def _row(i: int, written: Written, unit: LevelUnit, place: Raise) -> _Row:
         if number is not None and not 0.0 < number < math.inf:
             said = quoted(getattr(written, what))
             raise place(i, f"expected {what} of more than 0, got {said} at {at:g} Hz")
-    return _Row(at, level, 0.0 if slope is None else float(slope[1]), alarm, abort)
+    return _ProfileRow(at, level, 0.0 if slope is None else float(slope[1]), alarm, abort)
 
 
 def _level(at: float, level: str, unit: LevelUnit) -> float:

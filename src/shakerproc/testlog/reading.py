@@ -34,7 +34,7 @@ from shakerproc.testlog.specimens import Table, specimens_of
 
 
 def read_testlog(path: Path, *, strict: bool = False) -> TestLog:
-    """Return what a log sheet says.
+    """Return the test log of a YAML log sheet.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ class _Reader:
         return tuple(map(relative_path, section.continued))
 
     def _beside(self, i: int, j: int, section: BesideSection) -> Beside:
-        """Return what stands beside the recording of a test.
+        """Return the further parts of a test, beside its recording.
 
         Raises
         ------

@@ -51,7 +51,7 @@ Channels: TypeAlias = dict[Text | Annotated[int, Field(ge=1, le=10_000)], Channe
 
 
 class ExpectSection(Section):
-    """What recordings must be."""
+    """Expected properties of recordings."""
 
     duration: Annotated[float | None, in_unit("s", positive=True)] = None
     duration_tolerance: Annotated[float | None, in_unit("%", not_negative=True)] = None
@@ -94,7 +94,7 @@ class ProfileNotchSection(Section):
 
 
 class ProfileSection(Section):
-    """What a test demands at every frequency."""
+    """Demanded level at every frequency."""
 
     breakpoints: (
         Annotated[
@@ -163,7 +163,7 @@ class TestSection(Section):
 
 
 class ShakerSection(Section):
-    """What the shaker can do."""
+    """Limits of the shaker."""
 
     stroke: Annotated[float | None, in_unit("m", positive=True)] = None
     velocity: Annotated[float | None, in_unit("m/s", positive=True)] = None

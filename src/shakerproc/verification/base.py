@@ -1,4 +1,4 @@
-"""What the checks of the thesis' statements share: its models, its runs, its estimators."""
+"""Models, runs and estimators that the checks of the thesis' statements share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.studies.checks import Checked, Trend, Verdict, trends, verdict_of
 from shakerproc.studies.kinds.grid import PeakOfRun, peak_of_run
-from shakerproc.studies.study import Measure, Run
+from shakerproc.studies.study import Measure, StudyRun
 
 PERIODOGRAM: Final = Measure()
 WELCH: Final = Measure(estimator="welch", segment=2048)
-SWEEP: Final = Run("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
+SWEEP: Final = StudyRun("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
 STIFFNESS: Final = 1000.0
 DAMPING_RATIO: Final = 0.01
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Found:
+class ClaimFinding:
     """Our number, and the checks that the statement must pass.
 
     Attributes
@@ -85,7 +85,7 @@ def power_law(
     )
 
 
-def peak(shaken: Model, run: Run, measure: Measure = PERIODOGRAM) -> PeakOfRun:
+def peak(shaken: Model, run: StudyRun, measure: Measure = PERIODOGRAM) -> PeakOfRun:
     """Return omega_e of one run, as a study of kind grid reads it."""
     return peak_of_run(shaken, run, measure)
 
@@ -98,7 +98,7 @@ def gap_peak(
 
     `clearance` is in [m], `level` in [N].
     """
-    run = Run("sine sweep", level=level, from_hz=0.0, to_hz=30.0, duration=30.0, down=down)
+    run = StudyRun("sine sweep", level=level, from_hz=0.0, to_hz=30.0, duration=30.0, down=down)
     return peak(gap(clearance, **changed), run)
 
 

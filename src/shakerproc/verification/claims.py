@@ -1,4 +1,4 @@
-"""What the thesis states, our number for it, and whether the statement held."""
+"""Statements of the thesis, our number for each, and whether it holds."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from typing import Final, final
 
 from shakerproc.studies.checks import VERDICTS, Checked, Verdict
 from shakerproc.verification import experiment, free_motion, sweeps, theory
-from shakerproc.verification.base import Found
+from shakerproc.verification.base import ClaimFinding
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ClaimOutcome:
     """One line of the table.
 
     Attributes
@@ -52,12 +52,12 @@ class ThesisClaim:
 
     where: str
     says: str
-    find: Callable[[], Found]
+    find: Callable[[], ClaimFinding]
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> ClaimOutcome:
         """Return our number and whether the statement held."""
         found = self.find()
-        return Outcome(self.where, self.says, found.number, found.checks, found.held)
+        return ClaimOutcome(self.where, self.says, found.number, found.checks, found.held)
 
 
 _CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(
@@ -72,7 +72,7 @@ def thesis_claims() -> tuple[ThesisClaim, ...]:
     return _CLAIMS
 
 
-def claims_page(outcomes: Sequence[Outcome]) -> str:
+def claims_page(outcomes: Sequence[ClaimOutcome]) -> str:
     """Return the table as a page of the manual (Markdown)."""
     lines = [
         "# What the thesis claims, recomputed",

@@ -15,9 +15,9 @@ from shakerproc.studies.estimators import spectrum
 from shakerproc.studies.kinds.grid import PeakOfRun
 from shakerproc.studies.motion_readings import half_cycle_scatter, period_of
 from shakerproc.studies.simulated import signal_of, simulated, strobe
-from shakerproc.studies.study import Measure, Run
+from shakerproc.studies.study import Measure, StudyRun
 from shakerproc.verification.base import (
-    Found,
+    ClaimFinding,
     peak,
     peaks,
     power_law,
@@ -32,8 +32,8 @@ EXPONENTS: Final = tuple(range(1, 22, 2))
 COSINE: Final = 0.5 * pi
 
 
-def _free(velocity: float, wall: float = 1e-3) -> Run:
-    return Run(
+def _free(velocity: float, wall: float = 1e-3) -> StudyRun:
+    return StudyRun(
         "free",
         duration=20.0,
         sample_rate=1000.0,
@@ -42,8 +42,8 @@ def _free(velocity: float, wall: float = 1e-3) -> Run:
     )
 
 
-def _sine(level: float, ratio: float, phase: float = 0.0) -> Run:
-    return Run(
+def _sine(level: float, ratio: float, phase: float = 0.0) -> StudyRun:
+    return StudyRun(
         "sine",
         level=level,
         frequency=ratio * NATURAL,
@@ -54,22 +54,22 @@ def _sine(level: float, ratio: float, phase: float = 0.0) -> Run:
     )
 
 
-def _exponent_raises(velocity: float) -> Found:
+def _exponent_raises(velocity: float) -> ClaimFinding:
     found = [peak(power_law(n), _free(velocity)) for n in EXPONENTS]
-    return Found(
+    return ClaimFinding(
         f"n = 1, 3, 5 ... 21: {series(values_of(found), 2)} Hz",
         (peaks("omega_e [Hz]", "n", "rises", (EXPONENTS, found)),),
     )
 
 
-def _splits_into_peaks() -> Found:
+def _splits_into_peaks() -> ClaimFinding:
     motion = simulated(power_law(3.0), _free(0.0), growth=False)
     found = spectrum(motion.acceleration, motion.sample_rate, Measure())
     exact = float(closed_forms.power_law_frequency(np.array(1e-3), 1.0, 10.0, 1e-3, 3.0))
     third = (found.frequency > 2.5 * exact) & (found.frequency < 3.2 * exact)
     first = (found.frequency > 0.5 * exact) & (found.frequency < 1.1 * exact)
     share = float(np.sqrt(found.density[third].sum() / found.density[first].sum()))
-    return Found(
+    return ClaimFinding(
         f"one frequency that glides down with the amplitude from {exact:.2f} Hz, and its odd "
         f"harmonics (the third has {100.0 * share:.0f} % of the first)",
         (
@@ -83,23 +83,23 @@ def _splits_into_peaks() -> Found:
     )
 
 
-def _wall_lowers() -> Found:
+def _wall_lowers() -> ClaimFinding:
     walls = (1e-5, 1e-4, 1e-3, 1e-2)
     found = [peak(power_law(3.0, a), _free(0.0, a)) for a in walls]
     exact = [
         float(closed_forms.power_law_frequency(np.array(a), 1.0, 10.0, a, 3.0)) for a in walls
     ]
-    return Found(
+    return ClaimFinding(
         f"a = 0.01, 0.1, 1, 10 mm: {series(values_of(found), 2)} Hz (free motion of amplitude "
         f"a: exactly {series(exact, 2)}, as a^-1/2 because the stiffness is kappa/a)",
         (peaks("omega_e [Hz]", "a", "falls", (walls, found)),),
     )
 
 
-def _peak_against_level(phase: float) -> Found:
+def _peak_against_level(phase: float) -> ClaimFinding:
     levels, forcing = (5.0, 10.0, 15.0, 20.0, 25.0), 0.5 * NATURAL
     found = [peak(power_law(3.0), _sine(level, 0.5, phase)) for level in levels]
-    return Found(
+    return ClaimFinding(
         f"A = 5, 10, 15, 20, 25 N at 7.96 Hz: peaks at "
         f"{series([one.value / forcing for one in found], 2)} times the forcing",
         (
@@ -118,12 +118,12 @@ def _off_the_multiples(found: list[PeakOfRun], forcing: list[float]) -> Checked:
     return above("omega_e from a multiple of the forcing [resolutions]", apart, 1.0)
 
 
-def _peak_against_ratio() -> Found:
+def _peak_against_ratio() -> ClaimFinding:
     ratios = (0.5, 1.0, 1.5)
     found = [peak(power_law(3.0), _sine(15.0, r)) for r in ratios]
     forcing = [r * NATURAL for r in ratios]
     orders = [one.value / hertz for one, hertz in zip(found, forcing, strict=True)]
-    return Found(
+    return ClaimFinding(
         f"r = 0.5, 1, 1.5: peaks at {series(orders, 2)} times the forcing",
         (
             peaks("omega_e [Hz]", "r", "changes", (ratios, found)),
@@ -132,13 +132,13 @@ def _peak_against_ratio() -> Found:
     )
 
 
-def _subharmonics() -> Found:
+def _subharmonics() -> ClaimFinding:
     periods = []
     for level in (5.0, 15.0, 25.0):
         run = _sine(level, 0.5)
         x, v, _ = strobe(power_law(3.0), run, periods=48, settle=4000, phases=1)
         periods.append(period_of(x[0], v[0]))
-    return Found(
+    return ClaimFinding(
         f"r = 0.5, A = 5, 15, 25 N: once settled (4000 periods) the motion repeats after "
         f"{', '.join(f'{period:g}' for period in periods)} periods; the thesis' 20 s are 159 "
         f"of them",
@@ -146,9 +146,9 @@ def _subharmonics() -> Found:
     )
 
 
-def _stiff() -> Found:
+def _stiff() -> ClaimFinding:
     """Compare the work of an explicit and an implicit solver on the first two seconds."""
-    run = Run("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
+    run = StudyRun("sine sweep", level=5.0, from_hz=0.0, to_hz=30.0, duration=30.0)
     force, damping = signal_of(run), 2.0 * np.sqrt(1000.0) * 0.01
 
     def motion(t: float, y: FloatArray) -> list[float]:
@@ -160,7 +160,7 @@ def _stiff() -> Found:
         for method in ("DOP853", "Radau")
     ]
     ratio = counts[1] / counts[0]
-    return Found(
+    return ClaimFinding(
         f"on 2 s of the sweep over a = 0.5 mm at rtol 1e-8 the implicit Radau needs "
         f"{ratio:.0f} times the evaluations of the explicit DOP853: the problem is not "
         f"smooth, but not stiff",
@@ -168,9 +168,9 @@ def _stiff() -> Found:
     )
 
 
-def _solvers_differ() -> Found:
+def _solvers_differ() -> ClaimFinding:
     """Compare MATLAB's default kind of solver and Newmark's method with the exact motion."""
-    run = Run("free", duration=5.0, sample_rate=1000.0, initial_displacement=1e-3)
+    run = StudyRun("free", duration=5.0, sample_rate=1000.0, initial_displacement=1e-3)
     exact = simulated(power_law(3.0), run, growth=False).displacement
     size = float(np.max(np.abs(exact)))
     motions = [
@@ -183,7 +183,7 @@ def _solvers_differ() -> Found:
     ]
     errors = [float(np.max(np.abs(motion - exact))) / size for motion in motions]
     apart = float(np.max(np.abs(motions[0] - motions[1]))) / size
-    return Found(
+    return ClaimFinding(
         f"n = 3, 5 s of free motion from 1 mm: at MATLAB's default tolerance of 1e-3 RK45 "
         f"(ode45) errs by {100.0 * errors[0]:.0f} % of the amplitude and BDF (like ode15s) by "
         f"{100.0 * errors[1]:.0f} %, Newmark's method at steps of 1 ms by "
@@ -196,7 +196,7 @@ def _solvers_differ() -> Found:
     )
 
 
-CLAIMS: Final[tuple[tuple[str, str, Callable[[], Found]], ...]] = (
+CLAIMS: Final[tuple[tuple[str, str, Callable[[], ClaimFinding]], ...]] = (
     ("sec. 4.1", "contact makes the equation stiff: ode15s, ode23s", _stiff),
     ("sec. 4.2", "ode15s and ode45 give significantly different results", _solvers_differ),
     (

@@ -11,12 +11,12 @@ from shakerproc.simulation.harmonic_balance import (
     frequency_response,
 )
 from shakerproc.studies.checks import below
-from shakerproc.studies.study import Run
+from shakerproc.studies.study import StudyRun
 from shakerproc.verification.base import (
     STIFFNESS,
     SWEEP,
     WELCH,
-    Found,
+    ClaimFinding,
     gap,
     gap_peak,
     jump_gap,
@@ -32,19 +32,19 @@ PRINTED: Final = (0.0, 0.5e-3, 2e-3, 5e-3, 10e-3, 20e-3)
 WALLS: Final = (0.1, 0.25, 0.5, 1.0)
 
 
-def _gap_lowers() -> Found:
+def _gap_lowers() -> ClaimFinding:
     found = [gap_peak(a) for a in CLEARANCES]
-    return Found(
+    return ClaimFinding(
         f"F = k (|x| - a): a = 0, 0.5, 1, 2, 5, 10, 20, 50 mm give "
         f"{series(values_of(found))} Hz, F/(k a) from 10 down to 0.1",
         (peaks("omega_e [Hz]", "a", "falls", (CLEARANCES, found)),),
     )
 
 
-def _printed_law_lowers() -> Found:
+def _printed_law_lowers() -> ClaimFinding:
     found = [peak(jump_gap(a) if a else gap(0.0), SWEEP) for a in PRINTED]
     values = values_of(found)
-    return Found(
+    return ClaimFinding(
         f"eq. 3.14 as printed, k(x) x, jumps by k a at the wall: a = 0, 0.5, 2, 5, 10, 20 mm "
         f"give {series(values, 2)} Hz, up to 5 mm at most "
         f"{100.0 * (1.0 - min(values[:4]) / values[0]):.1f} % lower",
@@ -52,29 +52,29 @@ def _printed_law_lowers() -> Found:
     )
 
 
-def _direction() -> Found:
+def _direction() -> ClaimFinding:
     up, down = (gap_peak(20e-3, down=way) for way in (False, True))
-    return Found(
+    return ClaimFinding(
         f"at a = 20 mm {up.value:.2f} Hz sweeping up, {down.value:.2f} Hz sweeping down: "
         f"without the direction omega_e says little",
         (below("difference up and down [Hz]", abs(up.value - down.value), up.bin_width),),
     )
 
 
-def _only_severity() -> Found:
+def _only_severity() -> ClaimFinding:
     first, more = gap_peak(5e-3), gap_peak(5e-3, level=20.0)
     second = gap_peak(20e-3, level=20.0)
-    return Found(
+    return ClaimFinding(
         f"at 5 mm {first.value:.3f} Hz with 5 N and {more.value:.3f} Hz with 20 N; 20 N with "
         f"20 mm give {second.value:.3f} Hz again: only F/(k a) matters",
         (peaks("omega_e at 5 mm [Hz]", "F", "changes", ((5.0, 20.0), (first, more))),),
     )
 
 
-def _damping_lowers() -> Found:
+def _damping_lowers() -> ClaimFinding:
     ratios = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
     rows = {a: [gap_peak(a, damping_ratio=z) for z in ratios] for a in (0.5e-3, 2e-3, 5e-3)}
-    return Found(
+    return ClaimFinding(
         "zeta = 0.005 ... 0.2: "
         + ", ".join(
             f"{series(values_of(row), 2)} Hz at {1e3 * a:g} mm" for a, row in rows.items()
@@ -86,9 +86,9 @@ def _damping_lowers() -> Found:
 STIFFNESSES: Final = (250.0, 500.0, 1000.0, 2000.0, 5000.0, 10000.0)
 
 
-def _stiffness_raises() -> Found:
+def _stiffness_raises() -> ClaimFinding:
     rows = {a: [gap_peak(a, stiffness=k) for k in STIFFNESSES] for a in (0.5e-3, 5e-3)}
-    return Found(
+    return ClaimFinding(
         "k = 250 ... 10000 N/m: "
         + ", ".join(
             f"{series(values_of(row), 2)} Hz at {1e3 * a:g} mm" for a, row in rows.items()
@@ -97,14 +97,14 @@ def _stiffness_raises() -> Found:
     )
 
 
-def _stiffness_lowers_relative() -> Found:
+def _stiffness_lowers_relative() -> ClaimFinding:
     rows = {a: [gap_peak(a, stiffness=k) for k in STIFFNESSES] for a in (0.5e-3, 5e-3)}
     natural = [float(np.sqrt(k) / (2.0 * np.pi)) for k in STIFFNESSES]
     told = {
         a: [one.value / by for one, by in zip(row, natural, strict=True)]
         for a, row in rows.items()
     }
-    return Found(
+    return ClaimFinding(
         "k = 250 ... 10000 N/m: "
         + ", ".join(f"{series(row)} of omega_n at {1e3 * a:g} mm" for a, row in told.items()),
         (
@@ -119,14 +119,14 @@ def _stiffness_lowers_relative() -> Found:
     )
 
 
-def _nastran_sweep() -> Found:
-    free = Run("free", duration=30.0, initial_velocity=4.0)
+def _nastran_sweep() -> ClaimFinding:
+    free = StudyRun("free", duration=30.0, initial_velocity=4.0)
     swept = [
         peak(power_law(3.0, a, 0.01), replace(SWEEP, initial_velocity=4.0), WELCH)
         for a in WALLS
     ]
     alone = [peak(power_law(3.0, a, 0.01), free, WELCH) for a in WALLS]
-    return Found(
+    return ClaimFinding(
         f"with the sweep {series(values_of(swept), 2)} Hz, from the initial velocity of 4 m/s "
         f"alone {series(values_of(alone), 2)} Hz (Welch, 2048 samples, bins 0.244 Hz): mostly "
         f"free motion",
@@ -134,12 +134,12 @@ def _nastran_sweep() -> Found:
     )
 
 
-def _welch_resolution() -> Found:
+def _welch_resolution() -> ClaimFinding:
     width = 500.0 / 2048.0
     natural = np.sqrt(STIFFNESS) / (2.0 * np.pi)
     values = values_of([gap_peak(a) for a in CLEARANCES])
     steps = np.abs(np.diff(values))
-    return Found(
+    return ClaimFinding(
         f"bins of Welch with 2048 samples are {width:.3f} Hz wide, "
         f"{100.0 * width / natural:.1f} % of omega_n; figure 4.2 changes by "
         f"{abs(values[-1] - values[0]):.2f} Hz in all, from one a to the next by "
@@ -154,13 +154,13 @@ def _welch_resolution() -> Found:
     )
 
 
-def _frequency_domain() -> Found:
+def _frequency_domain() -> ClaimFinding:
     found = frequency_response(gap(5e-3), 5.0, from_hz=2.5, to_hz=6.0)
     branch = found.branches[0]
     folds = series([branch.frequency[i] for i in branch.folds])
     unstable = int(np.sum(~branch.stable))
     apart = difference_from_simulation(found)
-    return Found(
+    return ClaimFinding(
         f"harmonic balance gives the whole curve with {branch.frequency.size} points, folds at "
         f"{folds} Hz and {unstable} unstable points between them; contact is lost at "
         f"{branch.frequency[-1]:.3f} Hz",
@@ -168,7 +168,7 @@ def _frequency_domain() -> Found:
     )
 
 
-CLAIMS: Final[tuple[tuple[str, str, Callable[[], Found]], ...]] = (
+CLAIMS: Final[tuple[tuple[str, str, Callable[[], ClaimFinding]], ...]] = (
     ("fig. 4.2, 6.12", "a larger gap a lowers omega_e", _gap_lowers),
     ("eq. 3.14", "the same with k(x) as printed", _printed_law_lowers),
     ("ch. 4", "one sweep, its direction not told, gives omega_e", _direction),

@@ -7,46 +7,46 @@ import numpy as np
 
 from shakerproc.simulation import closed_forms
 from shakerproc.studies.checks import above, below, equals
-from shakerproc.verification.base import Found
+from shakerproc.verification.base import ClaimFinding
 
 
-def _damping_beyond_root_two() -> Found:
+def _damping_beyond_root_two() -> ClaimFinding:
     ratio = np.linspace(np.sqrt(2.0), 3.0, 101)[1:]
     gains = [closed_forms.magnification(ratio, zeta) for zeta in (0.1, 0.5)]
     low, high = (float(closed_forms.magnification(np.array(2.0), zeta)) for zeta in (0.1, 0.5))
     most = float(np.max(gains[1] - gains[0]))
-    return Found(
+    return ClaimFinding(
         f"at r = 2 eq. 3.10 falls from {low:.4f} (zeta 0.1) to {high:.4f} (0.5): damping "
         f"lowers it at every r; the sentence is true of motion of the base",
         (above("largest change of the gain from zeta 0.1 to 0.5, r 1.41 to 3 [-]", most, 0.0),),
     )
 
 
-def _phase() -> Found:
+def _phase() -> ClaimFinding:
     lag = float(np.degrees(closed_forms.phase_lag(np.array(1.5), 0.1)))
     ratios = np.array([0.5, 1.5])
     both = np.degrees(np.arctan(2.0 * 0.1 * ratios / (1.0 - ratios**2)))
     printed = float(both[1])
     apart = np.abs(both - np.degrees(closed_forms.phase_lag(ratios, 0.1)))
-    return Found(
+    return ClaimFinding(
         f"at r = 1.5, zeta = 0.1 it prints {printed:.1f} deg, the lag is {lag:.1f} deg: the "
         f"arctangent needs its quadrant beyond resonance",
         (below("error at r = 0.5 and 1.5 [deg]", apart, 1e-9),),
     )
 
 
-def _damped_frequency() -> Found:
+def _damped_frequency() -> ClaimFinding:
     ratio = closed_forms.damped_frequency(1.0, 0.1)
-    return Found(
+    return ClaimFinding(
         f"{ratio:.4f} at zeta = 0.1",
         (equals("omega_d over omega_n [-]", ratio, 0.995, 0.0005),),
     )
 
 
-def _equivalent_damping() -> Found:
+def _equivalent_damping() -> ClaimFinding:
     low, high = _errors_of_equivalent_damping((0.1, 0.2, 0.3))
     lowest, highest = _errors_of_equivalent_damping((0.4, 0.5, 0.6))
-    return Found(
+    return ClaimFinding(
         f"against Den Hartog's exact motion, r from 0.5 to 2 where the mass never sticks: "
         f"{low:+.1f} to {high:+.1f} % up to F_c / F_0 = 0.3, {lowest:+.0f} to {highest:+.0f} % "
         f"up to 0.6",
@@ -71,34 +71,34 @@ def _errors_of_equivalent_damping(frictions: Sequence[float]) -> tuple[float, fl
     return min(errors), max(errors)
 
 
-def _amplitude_raises_frequency() -> Found:
+def _amplitude_raises_frequency() -> ClaimFinding:
     natural = 0.5 / np.pi
     amplitude = np.array([np.sqrt(0.1), 1.0, np.sqrt(10.0), 1e4])
     exact = closed_forms.duffing_free_frequency(amplitude, natural, 1.0)
     first = closed_forms.duffing_harmonic_free_frequency(amplitude, natural, 1.0)
     errors = ", ".join(f"{100.0 * e:.2f}" for e in first / exact - 1.0)
-    return Found(
+    return ClaimFinding(
         f"eq. 3.42 and 3.49 are high by {errors} % at mu A²/omega_n² = 0.1, 1, 10 and without "
         f"end",
         (above("rise of the exact frequency from each to the next [Hz]", np.diff(exact), 0.0),),
     )
 
 
-def _missing_mu() -> Found:
+def _missing_mu() -> ClaimFinding:
     time = np.linspace(0.0, 2.0 * np.pi, 201)
     natural, cubic = 0.5 / np.pi, 0.01
     exact = closed_forms.duffing_free_motion(time, 1.0, natural, cubic)
     right = closed_forms.duffing_perturbation_motion(time, 1.0, natural, cubic)
     printed = np.cos(time) + (np.cos(3.0 * time) - np.cos(time)) / 32.0
     errors = [float(np.max(np.abs(motion - exact))) for motion in (printed, right)]
-    return Found(
+    return ClaimFinding(
         f"at mu = 0.01 the printed motion errs by {errors[0]:.3f} of the amplitude, with the "
         f"mu it lacks by {errors[1]:.0e}",
         (below("error of the printed motion, first order in mu [-]", errors[0], cubic**2),),
     )
 
 
-CLAIMS: Final[tuple[tuple[str, str, Callable[[], Found]], ...]] = (
+CLAIMS: Final[tuple[tuple[str, str, Callable[[], ClaimFinding]], ...]] = (
     (
         "sec. 3.1, fig. 3.1",
         "more damping raises the response beyond r = sqrt(2)",

@@ -1,1 +1,1 @@
-"""What the commands and the public API both call, and the results that they return."""
+"""Functions that the commands and the public API both call, and their results."""

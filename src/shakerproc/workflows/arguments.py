@@ -1,4 +1,4 @@
-"""What a caller handed over, checked: a wrong type is told what was expected."""
+"""Arguments of a caller, checked: a wrong type is told the one expected."""
 
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
@@ -74,7 +74,7 @@ def text_of(name: str, given: Any, what: str = "a text") -> str:
 
 
 def switch_of(name: str, given: Any) -> bool:
-    """Return what is either True or False.
+    """Return an argument that is either True or False.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _real(name: str, given: Any) -> float:
 
 
 def list_of(name: str, given: Any, what: str) -> tuple[Any, ...]:
-    """Return what stands in a list; a text is none.
+    """Return the items of a list; a text is none.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def choice_of(
 
 
 def told(given: object) -> str:
-    """Return what was given, for a message."""
+    """Return the given argument, for a message."""
     if isinstance(given, (str, bytes, int, float)) or given is None:
         text = repr(given)
         return text if len(text) <= 60 else f"{text[:57]}..."

@@ -15,7 +15,7 @@ from shakerproc.campaign.lock import locked
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
-from shakerproc.report.trial import tried_header
+from shakerproc.report.page.trial import tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import (
@@ -35,7 +35,7 @@ from shakerproc.workflows.option_values import Options
 from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html
-from shakerproc.workflows.write_up import Wish, trends_of, units_of, write_up
+from shakerproc.workflows.write_up import TrendWish, trends_of, units_of, write_up
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +53,7 @@ class Campaign(Shown):
         Title of the log.
     runs : tuple of RunSummary
         Every test in order, failed (``.status``, ``.error``) and discarded ones included.
-    wish : Wish
+    wish : TrendWish
         Channel and columns of the trends.
     folder : Path, optional
         Where tables, figures and report.html are, if they were asked for.
@@ -61,7 +61,7 @@ class Campaign(Shown):
 
     title: str
     runs: tuple[RunSummary, ...]
-    wish: Wish
+    wish: TrendWish
     folder: Path | None = None
 
     def to_pandas(self) -> "DataFrame":
@@ -85,7 +85,7 @@ class Campaign(Shown):
 
     @property
     def sentence(self) -> str:
-        """What the trends say, in words; empty where there is none."""
+        """The trends in words; empty where there is none."""
         return trend_sentence(self.runs, trends_of(self.runs, self.wish).channel)
 
     def plot(self, trend: str = "") -> "Figure":
@@ -101,7 +101,7 @@ class Campaign(Shown):
         ArgumentError
             If there is no such trend, or none at all.
         """
-        from shakerproc.report.trend_figures import trend_figure
+        from shakerproc.report.trends.figures import trend_figure
 
         known = self.trends
         if not known:
@@ -191,8 +191,8 @@ def batch(
     return Campaign(known.title, done.runs, wish, root)
 
 
-def _wish_of(channel: object, trend: object, by: object, *, figures: object) -> Wish:
-    """Return what is wanted of the trends.
+def _wish_of(channel: object, trend: object, by: object, *, figures: object) -> TrendWish:
+    """Return the wishes for the trends.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def _wish_of(channel: object, trend: object, by: object, *, figures: object) -> 
     if series and not along:
         raise ArgumentError("by", "goes with --trend")
     named = None if channel is None else text_of("channel", channel, "the name of a channel")
-    return Wish(named, along, series, figures=switch_of("figures", figures))
+    return TrendWish(named, along, series, figures=switch_of("figures", figures))
 
 
 def _columns_of(name: str, given: object) -> tuple[str, ...]:

@@ -55,12 +55,12 @@ class Comparison(Shown):
 
     @property
     def held_out_error(self) -> float | None:
-        """The same over what is held out; None where nothing is [-]."""
+        """Error over the held-out tests; None where nothing is held out [-]."""
         return self.found.held_out
 
     @property
     def noise_floor(self) -> float:
-        """What even the true model would leave; NaN where the noise is unknown [-]."""
+        """Error of the true model; NaN where the noise is unknown [-]."""
         return self.found.noise
 
     @property
@@ -90,7 +90,7 @@ class Comparison(Shown):
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` draws."""
-        from shakerproc.report.compare import figures_of
+        from shakerproc.report.evidence.comparison import figures_of
 
         return tuple(figures_of(self.found))
 
@@ -107,8 +107,8 @@ class Comparison(Shown):
         ArgumentError
             If there is no such figure.
         """
-        from shakerproc.report import style
-        from shakerproc.report.compare import figures_of
+        from shakerproc.report.evidence.comparison import figures_of
+        from shakerproc.report.figures import style
 
         known = figures_of(self.found)
         with style.look():

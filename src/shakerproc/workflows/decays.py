@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from shakerproc.comparison import Measured
-    from shakerproc.report.decays import Decays
+    from shakerproc.report.evidence.decays import Decays
 
 
 @final
@@ -63,7 +63,7 @@ class DecayComparison(Shown):
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The same of every mode."""
+        """The sentences of every mode."""
         return tuple(text for test in self.found.tests for text in sentences_of(test))
 
     @property
@@ -81,15 +81,15 @@ class DecayComparison(Shown):
 
     @property
     def drawn(self) -> "Decays":
-        """What the report draws."""
-        from shakerproc.report.decays import Decays
+        """The content of the report's figures."""
+        from shakerproc.report.evidence.decays import Decays
 
         return Decays(self.found, self.before)
 
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` draws."""
-        from shakerproc.report.decays import panels_of
+        from shakerproc.report.evidence.decays import panels_of
 
         return tuple(panels_of(self.drawn))
 
@@ -106,9 +106,9 @@ class DecayComparison(Shown):
         ArgumentError
             If there is no such figure.
         """
-        from shakerproc.report import style
-        from shakerproc.report.analysis_figures import draw_panel
-        from shakerproc.report.decays import panels_of
+        from shakerproc.report.evidence.decays import panels_of
+        from shakerproc.report.figures import style
+        from shakerproc.report.runs.analyses import draw_panel
 
         known = panels_of(self.drawn)
         if not known:
@@ -127,8 +127,8 @@ class DecayComparison(Shown):
         figures: bool,
     ) -> Path:
         """Write tables, figures and the page; return the page."""
-        from shakerproc.report.decays import decay_report, draw_decays
-        from shakerproc.report.page import write_report
+        from shakerproc.report.evidence.decays import decay_report, draw_decays
+        from shakerproc.report.page.page import write_report
 
         rows = self.rows
         table = {name: [row[name] for row in rows] for name in rows[0]}

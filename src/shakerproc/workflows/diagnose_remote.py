@@ -21,8 +21,8 @@ from shakerproc.workflows.machines import Machines
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Case:
-    """What is to be judged, for a worker elsewhere.
+class DiagnosisCase:
+    """Model and tests of a diagnosis, for a worker elsewhere.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Case:
     source: str
 
 
-def diagnose_remotely(case: Case) -> Mapping[str, Any]:
+def diagnose_remotely(case: DiagnosisCase) -> Mapping[str, Any]:
     """Return a diagnosis as text, every number to the last digit, and what it was made from."""
     with at_hand(case.log, case.source) as log:
         usable = tests_of(log, case.model)
@@ -76,7 +76,7 @@ def judged(
         return diagnose_tests(
             model, log, usable, seed=seed, progress=progress, comparisons=comparisons
         )
-    task = Task("diagnosis", Case(model, log, seed, machines.source(log)))
+    task = Task("diagnosis", DiagnosisCase(model, log, seed, machines.source(log)))
     (outcome,) = machines.executor().run(diagnose_remotely, [task])
     if outcome.cause:
         raise DiagnosisError(outcome.error)

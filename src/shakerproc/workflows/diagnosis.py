@@ -33,7 +33,7 @@ class Diagnosis(Shown):
 
     @property
     def verdict(self) -> str:
-        """What was found, such as ``effect found`` or ``nothing missing``."""
+        """Verdict, such as ``effect found`` or ``nothing missing``."""
         return self.found.verdict
 
     @property
@@ -82,7 +82,7 @@ class Diagnosis(Shown):
 
     def plot(self) -> "Figure":
         """Return the errors of all hypotheses beside the model as it was and the noise."""
-        from shakerproc.report.diagnosis_figure import candidate_errors
+        from shakerproc.report.evidence.errors import candidate_errors
 
         return candidate_errors(self.found)
 

@@ -1,10 +1,10 @@
-"""What a draft of a log says of the channels of a recording: units, roles, guesses."""
+"""Channels in the draft of a log: units, roles, guesses."""
 
 import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from shakerproc.workflows.recordings_seen import Seen
+from shakerproc.workflows.recordings_seen import SeenRecording
 
 _ON_THE_TABLE: Final = re.compile(r"control|table|base|input|drive|armature|\bref", re.I)
 
@@ -24,7 +24,7 @@ def measures(name: str, unit: str) -> str:
     return said if stated == "V" and said == FORCE else stated or said
 
 
-def ignored(name: str, unit: str, length: int, seen: Seen) -> str:
+def ignored(name: str, unit: str, length: int, seen: SeenRecording) -> str:
     """Return why a channel is of no use here; empty where it is."""
     usual = max(set(seen.lengths), key=seen.lengths.count)
     if length != usual:
@@ -39,7 +39,7 @@ def ignored(name: str, unit: str, length: int, seen: Seen) -> str:
     return ""
 
 
-def is_struck(seen: Seen) -> bool:
+def is_struck(seen: SeenRecording) -> bool:
     """Return whether a force drives a recording and no channel is on a table."""
     pairs = zip(seen.names, seen.units, strict=True)
     return any(measures(*pair) == FORCE for pair in pairs) and not controls_of_seen(seen)
@@ -50,7 +50,7 @@ def controls_of(names: Sequence[str]) -> list[str]:
     return [name for name in names if _ON_THE_TABLE.search(name)] or list(names[:1])
 
 
-def controls_of_seen(seen: Seen) -> list[str]:
+def controls_of_seen(seen: SeenRecording) -> list[str]:
     """Return the channels of a recording that sit on the table, of those that are of use.
 
     Where a force drives the test, only a name says that there is a table.
@@ -63,8 +63,8 @@ def controls_of_seen(seen: Seen) -> list[str]:
     return controls_of(moving or seen.names)
 
 
-def entries(seen: Seen) -> dict[str, tuple[str, str]]:
-    """Return what the log says of each channel of a recording, and why, by its key there.
+def entries(seen: SeenRecording) -> dict[str, tuple[str, str]]:
+    """Return the log's entry of each channel of a recording, and why, by its key there.
 
     The key is the name or, of several channels of one name, the number, and a name beside it.
     """
@@ -93,9 +93,12 @@ def entries(seen: Seen) -> dict[str, tuple[str, str]]:
 
 
 def own_channels(
-    seen: Seen, usual: Mapping[str, tuple[str, str]], controls: Sequence[str], crop: str
+    seen: SeenRecording,
+    usual: Mapping[str, tuple[str, str]],
+    controls: Sequence[str],
+    crop: str,
 ) -> str:
-    """Return what a test says of its channels where they are not the usual ones."""
+    """Return the entries of a test for its channels where they are not the usual ones."""
     mine = entries(seen)
     uses = {key: use for key, (use, _) in mine.items() if usual.get(key, ("",))[0] != use}
     absent = [key for key, (use, _) in usual.items() if key not in mine and use != _IGNORE]
@@ -109,7 +112,7 @@ def own_channels(
     return told
 
 
-def crop_of(seen: Sequence[Seen], controls: Sequence[str]) -> str:
+def crop_of(seen: Sequence[SeenRecording], controls: Sequence[str]) -> str:
     """Return a threshold that the quietest run passes, where the unit is known."""
     from shakerproc.data import STANDARD_GRAVITY
     from shakerproc.recordings.si import quantity_of

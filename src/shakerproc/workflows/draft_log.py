@@ -13,7 +13,7 @@ from shakerproc.workflows.draft_channels import (
     own_channels,
     quoted,
 )
-from shakerproc.workflows.recordings_seen import Seen, natural
+from shakerproc.workflows.recordings_seen import SeenRecording, natural
 
 LOG: Final = """\
 # The log sheet of a campaign: what was on the shaker, test by test. Begun by `shakerproc init`
@@ -39,7 +39,7 @@ tests:
 def log_text(
     folder: Path,
     recordings: Path,
-    seen: Sequence[Seen],
+    seen: Sequence[SeenRecording],
     said: Sampling,
     warn: Callable[[str], None],
 ) -> str:
@@ -49,7 +49,7 @@ def log_text(
     ----------
     folder, recordings : Path
         Where the log goes, and the folder in it that holds the recordings.
-    seen : sequence of Seen
+    seen : sequence of SeenRecording
         The recordings.
     said : Sampling
         What is said of the times of the recordings.

@@ -17,7 +17,7 @@ from shakerproc.workflows.draft_channels import (
     quoted,
 )
 from shakerproc.workflows.draft_log import log_text
-from shakerproc.workflows.recordings_seen import Seen, recordings_below, seen_of
+from shakerproc.workflows.recordings_seen import SeenRecording, recordings_below, seen_of
 
 MODEL: Final = """\
 # What is thought to be on the shaker: one mass on a spring and a damper. Weigh what moves with
@@ -81,7 +81,7 @@ def begin(
     return log, model
 
 
-def _model_text(seen: Seen) -> str:
+def _model_text(seen: SeenRecording) -> str:
     """Return a model whose sensors are the responses of a recording."""
     counts, controls = Counter(seen.names), controls_of_seen(seen)
     channels = zip(seen.names, seen.units, seen.lengths, strict=True)

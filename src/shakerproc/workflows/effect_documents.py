@@ -1,4 +1,4 @@
-"""What is told of an effect or a fault: by `shakerproc effects` and by the manual."""
+"""Description of an effect or a fault, for `shakerproc effects` and the manual."""
 
 import inspect
 import re

@@ -1,4 +1,4 @@
-"""What a model may be made of: what `shakerproc effects` lists."""
+"""Effects and faults of a model: the list of `shakerproc effects`."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -61,8 +61,8 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
         ArgumentError
             If there is no such effect.
         """
-        from shakerproc.report import style
-        from shakerproc.report.effects import picture
+        from shakerproc.report.figures import style
+        from shakerproc.report.models.effects import picture
 
         with style.look():
             return picture(choice_of("kind", kind, self.documents, "an effect", usual=False))
@@ -77,7 +77,7 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
 
 
 def effects() -> Effects:
-    """Return what a model may be made of: laws of force, and faults of the measurement.
+    """Return the elements of a model: laws of force, and faults of the measurement.
 
     Those of installed packages are among them.
 

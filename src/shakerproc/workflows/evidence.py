@@ -10,17 +10,17 @@ if TYPE_CHECKING:
     from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
-    from shakerproc.report.decays import Decays
-    from shakerproc.report.evidence_models import Models
-    from shakerproc.report.methods import Methods
-    from shakerproc.report.sections import Section
+    from shakerproc.report.evidence.decays import Decays
+    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.page.methods import Methods
+    from shakerproc.report.page.sections import ReportSection
     from shakerproc.runs import RunSummary
     from shakerproc.testlog import TestLog
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """What stands beside the runs in a report.
+    """Comparison and diagnosis beside the runs in a report.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ def write_evidence(
     `command` is how it was asked for, as one may type it again.
     """
     from shakerproc import __version__, files
-    from shakerproc.report.page import Report, write_report
+    from shakerproc.report.page.page import Report, write_report
 
     report = Report(
         title,
@@ -78,27 +78,27 @@ def write_evidence(
     return folder / "report.html"
 
 
-def sections_of(folder: Path, evidence: Evidence) -> "Sequence[Section]":
+def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
     """Return the sections of the evidence, its tables written beside the page."""
     if evidence is NONE:
         return ()
     from shakerproc import files
-    from shakerproc.report.evidence import sections
-    from shakerproc.report.evidence_tables import tables
+    from shakerproc.report.evidence.sections import sections
+    from shakerproc.report.evidence.tables import tables
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
     found = sections(evidence.models, evidence.diagnosis)
     if evidence.decays is None:
         return found
-    from shakerproc.report.decays import decay_sections
+    from shakerproc.report.evidence.decays import decay_sections
 
     return [*found, *decay_sections(evidence.decays)]
 
 
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
-    """Return what was done, with the references of every effect that plays a part."""
-    from shakerproc.report import methods
+    """Return the methods, with the references of every effect that plays a part."""
+    from shakerproc.report.page import methods
 
     models, diagnosis = evidence.models, evidence.diagnosis
     kinds = [] if models is None else [
@@ -167,7 +167,7 @@ def judged(
     """
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
-    from shakerproc.report.evidence_models import Models
+    from shakerproc.report.evidence.models import Models
 
     if model.excitation.role is None:
         return None
@@ -195,7 +195,7 @@ def decays_judged(
     from shakerproc.comparison.decays import DecayComparison, decays_of
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import ShakerprocError
-    from shakerproc.report.decays import Decays
+    from shakerproc.report.evidence.decays import Decays
 
     if model.excitation.role is not None:
         return None
@@ -213,7 +213,7 @@ def decays_judged(
 
 
 def name_of_new(diagnosis: "Diagnosis") -> str:
-    """Return what the new model is called in figures."""
+    """Return the name of the new model in figures."""
     from shakerproc.models import EFFECTS
 
     kinds = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from pathlib import Path
 
-from shakerproc.campaign.batch import UNTOLD, Campaign, Execution, Progress, run_batch
+from shakerproc.campaign.batch import UNTOLD, CampaignResult, Execution, Progress, run_batch
 from shakerproc.campaign.jobs import Products
 from shakerproc.campaign.remote import RemoteExecutor, RemoteHashes
 from shakerproc.testlog import TestLog
@@ -20,7 +20,7 @@ def run_log(
     accept_changed: bool = False,
     only: Collection[int | str] | None = None,
     progress: Progress = UNTOLD,
-) -> Campaign:
+) -> CampaignResult:
     """Return how every test of a log went, its results in a folder; see `run_batch`."""
     executor = machines.executor(prepare if products.figures else None)
     hashes = None

@@ -40,7 +40,7 @@ class Machines:
     recordings: str | None = None
 
     def executor(self, prepare: Callable[[], None] | None = None) -> AbstractExecutor:
-        """Return what runs the tests."""
+        """Return the executor that runs the tests."""
         limits = Limits(self.time_limit, self.memory_limit)
         if self.scheduler is not None:
             quiet_cluster()

@@ -1,4 +1,4 @@
-"""What a modal analysis leaves in a folder, of its own or of a batch."""
+"""Files of a modal analysis in a folder, of its own or of a batch."""
 
 import hashlib
 from collections.abc import Sequence
@@ -7,8 +7,8 @@ from typing import Any
 
 from shakerproc import files
 from shakerproc.modal.analysis import ModalAnalysis
-from shakerproc.report.modal import modal_report
-from shakerproc.report.page import write_report
+from shakerproc.report.modal.sections import modal_report
+from shakerproc.report.page.page import write_report
 from shakerproc.workflows.modal_tables import (
     mode_columns,
     reciprocity_columns,
@@ -38,7 +38,7 @@ def write_modes(
         files.write_csv(folder / "reciprocity.csv", reciprocity_columns(analysis))
     files.write_json(folder / "report.json", document)
     if figures:
-        from shakerproc.report.modal_figures import draw_modal
+        from shakerproc.report.modal.figures import draw_modal
 
         draw_modal(analysis, folder)
     inputs = [("log", log.name, hashlib.sha256(log.read_bytes()).hexdigest()) for log in logs]

@@ -137,7 +137,7 @@ def reciprocity_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
 
 
 def document_of(analysis: ModalAnalysis, log: TestLog) -> dict[str, Any]:
-    """Return what the JSON holds."""
+    """Return the JSON document of a modal analysis."""
     columns, pairs = track_columns(analysis), reciprocity_columns(analysis)
     return {
         "schema": SCHEMA,

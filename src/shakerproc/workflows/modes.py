@@ -78,7 +78,7 @@ class Modes(Shown):
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` draws, such as ``test_1_shapes``."""
-        from shakerproc.report.modal_figures import figures_of
+        from shakerproc.report.modal.figures import figures_of
 
         return tuple(figures_of(self.found))
 
@@ -95,8 +95,8 @@ class Modes(Shown):
         ArgumentError
             If there is no such figure.
         """
-        from shakerproc.report import style
-        from shakerproc.report.modal_figures import figures_of
+        from shakerproc.report.figures import style
+        from shakerproc.report.modal.figures import figures_of
 
         with style.look():
             known = figures_of(self.found)

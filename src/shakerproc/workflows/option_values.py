@@ -21,7 +21,7 @@ from shakerproc.workflows.arguments import (
 
 
 class Options(TypedDict, total=False):
-    """What is said of one test; what is left out, or None, is as the log or the default has it.
+    """Options of one test; None is as the log or the default has it.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ def sampling_of(
     resample_hz: float | None,
     ignore_starts: bool = False,
 ) -> Sampling:
-    """Return what is said of the times of a recording.
+    """Return the option on the times of a recording.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def sampling_of(
 
 
 def bad_rows_of(text: str | None) -> str:
-    """Return what is done with rows that are no numbers.
+    """Return the option on rows that are no numbers.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def option(name: str) -> str:
 
 
 def unit_of(unit: str | None, *, override: bool) -> UnitOption | None:
-    """Return what is said of units.
+    """Return the option on units.
 
     Raises
     ------
@@ -246,7 +246,7 @@ def window_of(value: str | None) -> str | None:
 
 
 def detrend_of(value: str | None) -> str | None:
-    """Return what mean is removed.
+    """Return the option on the mean that is removed.
 
     Raises
     ------

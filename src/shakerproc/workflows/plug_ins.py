@@ -1,4 +1,4 @@
-"""What installed packages bring: effects and readers, and whether they can be used."""
+"""Effects and readers of installed packages, and whether they can be used."""
 
 from dataclasses import asdict, dataclass
 from importlib.metadata import EntryPoint, entry_points

@@ -1,4 +1,4 @@
-"""What a person says of a test beside its log, checked: options of `process` and `batch`."""
+"""Options of a test beside its log, checked: those of `process` and `batch`."""
 
 from collections.abc import Mapping
 from dataclasses import replace

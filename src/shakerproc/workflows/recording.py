@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class OpenedRecording(Shown):
-    """What a recording holds; the file is opened anew, and closed, whenever samples are read.
+    """Contents of a recording; its file is opened, and closed, whenever samples are read.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class OpenedRecording(Shown):
 
     def plot(self) -> "Figure":
         """Return every channel against time, as the extremes of each moment."""
-        from shakerproc.report.recording_figure import time_signals
+        from shakerproc.report.runs.recording import time_signals
 
         with self._opened() as recording:
             return time_signals(recording)
@@ -127,7 +127,7 @@ def open_recording(
     resample_hz: float | None = None,
     ignore_starts: bool = False,
 ) -> OpenedRecording:
-    """Return what a recording holds: channels, units, sample rate, length.
+    """Return the contents of a recording: channels, units, sample rate, length.
 
     Parameters
     ----------

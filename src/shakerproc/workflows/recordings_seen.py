@@ -1,4 +1,4 @@
-"""What the recordings in a folder say of themselves."""
+"""Contents of the recordings in a folder, by their headers."""
 
 import re
 from collections.abc import Callable
@@ -11,8 +11,8 @@ from shakerproc.recordings.time_axis import AS_STATED, Sampling
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """What a recording holds.
+class SeenRecording:
+    """Contents of a recording.
 
     Attributes
     ----------
@@ -52,12 +52,12 @@ def recordings_below(folder: Path) -> list[Path]:
 
 
 def natural(text: str) -> list[tuple[int, str]]:
-    """Return what a name is sorted by: its numbers in their order."""
+    """Return the sort key of a name: its numbers in their order."""
     return [(int(p), "") if p.isdigit() else (0, p) for p in re.split(r"(\d+)", text)]
 
 
-def look(path: Path, said: Sampling = AS_STATED) -> Seen:
-    """Return what a recording holds; the samples are read once.
+def look(path: Path, said: Sampling = AS_STATED) -> SeenRecording:
+    """Return the contents of a recording; the samples are read once.
 
     `said` is what is known of its times.
 
@@ -75,7 +75,7 @@ def look(path: Path, said: Sampling = AS_STATED) -> Seen:
         for block in recording.blocks(size=2**17):
             squares += np.sum(np.where(np.isfinite(block), block, 0.0) ** 2, axis=1)
         rms = np.sqrt(squares / recording.n_samples)
-        return Seen(
+        return SeenRecording(
             path,
             tuple(channel.name for channel in recording.channels),
             tuple(channel.source_unit or "" for channel in recording.channels),
@@ -84,8 +84,8 @@ def look(path: Path, said: Sampling = AS_STATED) -> Seen:
         )
 
 
-def described(path: Path) -> Seen | None:
-    """Return what an unusable recording says it holds; None where that is nothing.
+def described(path: Path) -> SeenRecording | None:
+    """Return the stated contents of an unusable recording; None where it states none.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def described(path: Path) -> Seen | None:
     if not groups:
         return None
     channels = max(groups, key=lambda group: len(group.channels)).channels
-    return Seen(
+    return SeenRecording(
         path,
         tuple(channel.name for channel in channels),
         tuple(channel.unit for channel in channels),
@@ -112,8 +112,8 @@ def seen_of(
     said: Sampling,
     warn: Callable[[str], None],
     advance: Callable[[str], None] = lambda _name: None,
-) -> list[Seen]:
-    """Return what a recording holds or, where it is unusable, at most what it describes.
+) -> list[SeenRecording]:
+    """Return the contents of a recording, of an unusable one at most those it states.
 
     `said` is what is known of its times.
     """

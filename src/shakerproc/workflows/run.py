@@ -96,7 +96,7 @@ class Run(Shown):
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` may draw; those that a run lacks are told."""
-        from shakerproc.report.run_plots import IN_FILES
+        from shakerproc.report.runs.figures import IN_FILES
 
         return IN_FILES
 
@@ -114,8 +114,8 @@ class Run(Shown):
         ArgumentError
             If there is no such figure, or this run has not got it.
         """
-        from shakerproc.report.run_figures import run_figure
-        from shakerproc.report.run_plots import IN_FILES
+        from shakerproc.report.runs.drawing import run_figure
+        from shakerproc.report.runs.figures import IN_FILES
 
         asked = text_of("figure", figure, "the name of a figure")
         chosen = (choice_of("figure", asked, IN_FILES, "a figure"),) if asked else _USUAL

@@ -22,7 +22,7 @@ class Shown(ABC):
 
     @abstractmethod
     def _repr_html_(self) -> str:
-        """Return what matters of it as HTML."""
+        """Return its summary as HTML."""
 
     def __repr__(self) -> str:
         lines = self._repr_html_().splitlines()

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Final, final
 
 from shakerproc import files
-from shakerproc.campaign.arrivals import Stamp, looked
+from shakerproc.campaign.arrivals import FileStamp, looked
 from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.recordings.time_axis import Sampling
-from shakerproc.report.trial import tried_header
+from shakerproc.report.page.trial import tried_header
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
 from shakerproc.workflows.draft_channels import controls_of_seen, crop_of, entries, own_channels
 from shakerproc.workflows.draft_log import log_text, test_lines
-from shakerproc.workflows.recordings_seen import Seen, seen_of
+from shakerproc.workflows.recordings_seen import SeenRecording, seen_of
 
 LOG: Final = "testlog.yaml"
 """Name of the log that is drafted in a watched folder."""
@@ -34,7 +34,7 @@ class WatchedLog:
     def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
         self.path = path
         self._warn = warn
-        self._stamp: Stamp | None = None
+        self._stamp: FileStamp | None = None
         self._log: TestLog | None = None
 
     def read(self) -> TestLog:
@@ -78,7 +78,7 @@ class GivenLog:
         self._log, self._folder, self._warn = log, folder.resolve(), warn
         self._told: set[Path] = set()
 
-    def __call__(self, still: Mapping[Path, Stamp]) -> TestLog:
+    def __call__(self, still: Mapping[Path, FileStamp]) -> TestLog:
         """Return the log as it is now."""
         log = self._log.read()
         for path in _unnamed(log, still):
@@ -107,9 +107,9 @@ class DraftedLog:
         self._folder, self._said, self._warn = folder.resolve(), said, warn
         self._path = self._folder / LOG
         self._log = WatchedLog(self._path, warn)
-        self._tried: dict[Path, Stamp] = {}
+        self._tried: dict[Path, FileStamp] = {}
 
-    def __call__(self, still: Mapping[Path, Stamp]) -> TestLog | None:
+    def __call__(self, still: Mapping[Path, FileStamp]) -> TestLog | None:
         """Return the log with a test for each recording that stands still; None without any.
 
         Raises
@@ -132,7 +132,7 @@ class DraftedLog:
         files.write_text(self._path, text)
         return self._log.read()
 
-    def _longer(self, log: TestLog, seen: Mapping[Path, Seen]) -> str:
+    def _longer(self, log: TestLog, seen: Mapping[Path, SeenRecording]) -> str:
         """Return the text of the log with a line for each further recording.
 
         Raises
@@ -156,7 +156,7 @@ class DraftedLog:
         return text.rstrip("\n") + "\n" + lines
 
     def _usual(self, log: TestLog) -> Mapping[str, tuple[str, str]]:
-        """Return what a draft says of the channels of the first recording that is there."""
+        """Return the draft entries of the channels of the first recording that is there."""
         for test in log.tests:
             if test.recording is not None and test.recording.is_file():
                 first = seen_of(test.recording, self._said, lambda _text: None)
@@ -164,7 +164,7 @@ class DraftedLog:
         return {}
 
 
-def _own_crop(log: TestLog, seen: Seen) -> str:
+def _own_crop(log: TestLog, seen: SeenRecording) -> str:
     """Return the threshold of a recording that is too quiet for that of the log."""
     crop = log.tests[0].processing.crop if log.tests else None
     controls = controls_of_seen(seen)
@@ -176,7 +176,7 @@ def _own_crop(log: TestLog, seen: Seen) -> str:
     return f", processing: {{crop: {own}}}"
 
 
-def _unnamed(log: TestLog, still: Mapping[Path, Stamp]) -> list[Path]:
+def _unnamed(log: TestLog, still: Mapping[Path, FileStamp]) -> list[Path]:
     """Return the recordings that no test of a log has, discarded ones included."""
     named = {path.resolve() for test in log.tests for path in test.files}
     return [path for path in still if path not in named]

@@ -6,20 +6,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
-from shakerproc.campaign.arrivals import Looked, Stamp, looked, recordings_in, standing
-from shakerproc.campaign.batch import Campaign, Progress
+from shakerproc.campaign.arrivals import FileStamp, Looked, looked, recordings_in, standing
+from shakerproc.campaign.batch import CampaignResult, Progress
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import RecordingError
-from shakerproc.report.trial import tried_header
-from shakerproc.report.watched import Watched
+from shakerproc.report.page.page import Watched
+from shakerproc.report.page.trial import tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.write_up import Wish, units_of, write_up
+from shakerproc.workflows.write_up import TrendWish, units_of, write_up
 
-Still: TypeAlias = Mapping[Path, Stamp]
+Still: TypeAlias = Mapping[Path, FileStamp]
 """The recordings that stand still, with their stamps."""
 
 Logs: TypeAlias = Callable[[Still], TestLog | None]
@@ -76,7 +76,7 @@ class Watch:
         *,
         products: Products,
         machines: Machines,
-        wish: Wish,
+        wish: TrendWish,
         tell: Callable[[str], None],
     ) -> None:
         self.folder = folder.resolve()
@@ -84,7 +84,7 @@ class Watch:
         self.log: TestLog | None = None
         self._logs = logs
         self._products, self._machines, self._wish, self._tell = products, machines, wish, tell
-        self._tried: dict[int | str, tuple[Stamp, ...]] = {}
+        self._tried: dict[int | str, tuple[FileStamp, ...]] = {}
 
     def run(self, pace: Pace) -> None:
         """Look again and again, until nothing new has come for `pace.idle`.
@@ -191,7 +191,7 @@ def _read_from(root: Path, log: TestLog) -> dict[str, str]:
 
 
 def _sentence(run: RunSummary, before: str) -> str:
-    """Return what came of a test in one line."""
+    """Return the result of a test in one line."""
     if run.status == "failed":
         return f"test {run.test} failed: {run.error}"
     again = " again: the recording changed" if before and before != run.sha256 else ""
@@ -201,7 +201,7 @@ def _sentence(run: RunSummary, before: str) -> str:
     return f"test {run.test} ({run.recording}){again}: {how}{f'; flags: {odd}' if odd else ''}"
 
 
-def _waiting(log: TestLog, campaign: Campaign) -> tuple[str, ...]:
+def _waiting(log: TestLog, campaign: CampaignResult) -> tuple[str, ...]:
     """Return the tests whose recordings have not come yet."""
     known = {run.test for run in campaign.runs}
     return tuple(str(test.id) for test in log.active if str(test.id) not in known)

@@ -1,4 +1,4 @@
-"""What a worker process does with one test: process it, write tables, draw."""
+"""One test in a worker process: process it, write tables, draw."""
 
 from pathlib import Path
 from typing import Any
@@ -59,8 +59,8 @@ def write_products(
         write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
         title = title_of(result.test, result.run)
-        for draw in ("run_figures:draw_run", "analysis_figures:draw_analyses"):
-            loaded(f"shakerproc.report.{draw}")(result, title, folder)
+        for draw in ("drawing:draw_run", "analyses:draw_analyses"):
+            loaded(f"shakerproc.report.runs.{draw}")(result, title, folder)
 
 
 def title_of(test: Test, run: str) -> str:

@@ -1,4 +1,4 @@
-"""What a batch leaves behind: tables, trends and the report."""
+"""Products of a batch: tables, trends and the report."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,21 +7,20 @@ from typing import Any
 
 from shakerproc import __version__, files
 from shakerproc.campaign import trends
-from shakerproc.campaign.batch import Campaign
+from shakerproc.campaign.batch import CampaignResult
 from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.earlier import Earlier, change_columns, changes
 from shakerproc.campaign.manifest import settle
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError
-from shakerproc.report.earlier_view import earlier_section
-from shakerproc.report.header import HeaderView
-from shakerproc.report.in_units import trend_in
-from shakerproc.report.page import Report, write_report
-from shakerproc.report.sections import Section
-from shakerproc.report.shown_units import USUAL, ShownUnits
-from shakerproc.report.trend_figures import draw_trends
-from shakerproc.report.watched import Watched
+from shakerproc.report.figures.units import USUAL, ShownUnits
+from shakerproc.report.page.header import HeaderView
+from shakerproc.report.page.page import Report, Watched, write_report
+from shakerproc.report.page.sections import ReportSection
+from shakerproc.report.runs.in_units import trend_in
+from shakerproc.report.trends.earlier import earlier_section
+from shakerproc.report.trends.figures import draw_trends
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.arguments import text_of
@@ -36,8 +35,8 @@ from shakerproc.workflows.evidence import (
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """What a person wants of the trends.
+class TrendWish:
+    """Wishes for the trends.
 
     Attributes
     ----------
@@ -89,7 +88,7 @@ def units_of(log: TestLog, words: str | None = None) -> ChosenUnits:
         raise ArgumentError("units", str(error)) from error
 
 
-def _channel(wish: Wish, runs: Sequence[RunSummary]) -> str:
+def _channel(wish: TrendWish, runs: Sequence[RunSummary]) -> str:
     """Return the channel of the trends."""
     known = list(dict.fromkeys(channel.name for run in runs for channel in run.channels))
     if wish.channel is None or not known:
@@ -116,7 +115,7 @@ class Trends:
     missing: tuple[str, ...]
 
 
-def trends_of(runs: Sequence[RunSummary], wish: Wish) -> Trends:
+def trends_of(runs: Sequence[RunSummary], wish: TrendWish) -> Trends:
     """Return the trends that a person wants, and the usual ones."""
     channel = _channel(wish, runs)
     requests = [
@@ -133,13 +132,13 @@ def trends_of(runs: Sequence[RunSummary], wish: Wish) -> Trends:
 
 def write_up(
     title: str,
-    campaign: Campaign,
+    campaign: CampaignResult,
     root: Path,
-    wish: Wish,
+    wish: TrendWish,
     *,
     evidence: Evidence = NONE,
     verdict: str = "",
-    further: Sequence[Section] = (),
+    further: Sequence[ReportSection] = (),
 ) -> dict[str, Any]:
     """Write everything that concerns the whole campaign; return what report.json holds.
 
@@ -156,13 +155,13 @@ def write_up(
 
 def _written_up(
     title: str,
-    campaign: Campaign,
+    campaign: CampaignResult,
     root: Path,
-    wish: Wish,
+    wish: TrendWish,
     *,
     evidence: Evidence,
     verdict: str,
-    further: Sequence[Section],
+    further: Sequence[ReportSection],
 ) -> dict[str, Any]:
     runs = campaign.runs
     told = trends_of(runs, wish)

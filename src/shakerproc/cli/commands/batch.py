@@ -11,10 +11,10 @@ from shakerproc.cli import next_step, options, output
 from shakerproc.cli.grouped_help import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
-    from shakerproc.campaign.batch import Campaign
-    from shakerproc.report.sections import Section
+    from shakerproc.campaign.batch import CampaignResult
+    from shakerproc.report.page.sections import ReportSection
     from shakerproc.testlog import TestLog
-    from shakerproc.workflows.write_up import Wish
+    from shakerproc.workflows.write_up import TrendWish
 
 LONGEST_S = 7 * 86400.0
 """A week."""
@@ -136,11 +136,11 @@ def batch(
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.run_log import work_through_log
-    from shakerproc.report.trial import tried_header
+    from shakerproc.report.page.trial import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
-    from shakerproc.workflows.write_up import Wish, units_of, write_up
+    from shakerproc.workflows.write_up import TrendWish, units_of, write_up
 
     options.exclusive(
         "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
@@ -162,7 +162,7 @@ def batch(
     log = replace(log, tests=averaged)
     products = Products(figures, options.exports_of(export), thesis)
     root = testlog.parent / "results" if out is None else out
-    wish = Wish(
+    wish = TrendWish(
         channel,
         tuple(trend or ()),
         _words(by),
@@ -193,7 +193,7 @@ def batch(
     _end(campaign, None if model is not None else testlog, json)
 
 
-def _end(campaign: "Campaign", to_compare: Path | None, json: str | None) -> None:
+def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) -> None:
     """Say what comes next, of a log that no model was compared with; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
@@ -202,10 +202,12 @@ def _end(campaign: "Campaign", to_compare: Path | None, json: str | None) -> Non
         output.finish(1)
 
 
-def _modes(log: "TestLog", root: Path, json: str | None, *, figures: bool) -> "list[Section]":
+def _modes(
+    log: "TestLog", root: Path, json: str | None, *, figures: bool
+) -> "list[ReportSection]":
     """Return the section of the modes, which are found, written and told."""
     from shakerproc.cli.modal_output import modes_of_batch
-    from shakerproc.report.modal import section_of_modes
+    from shakerproc.report.modal.sections import section_of_modes
 
     return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
 
@@ -213,12 +215,12 @@ def _modes(log: "TestLog", root: Path, json: str | None, *, figures: bool) -> "l
 def _with_more(
     model: Path | None,
     log: "TestLog",
-    campaign: "Campaign",
+    campaign: "CampaignResult",
     root: Path,
-    wish: "Wish",
+    wish: "TrendWish",
     *,
     recordings: str | None,
-    further: "Sequence[Section]",
+    further: "Sequence[ReportSection]",
 ) -> dict[str, Any]:
     """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
     from shakerproc.campaign.remote import at_hand

@@ -11,8 +11,8 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.campaign.agreement import Deviation, Tolerance
-    from shakerproc.campaign.result_table import Table
+    from shakerproc.campaign.agreement import ColumnTolerance, Deviation
+    from shakerproc.campaign.result_table import ResultTable
 
 
 def check(
@@ -147,7 +147,7 @@ def _file_of(path: Path) -> Path:
     return peaks
 
 
-def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
+def _wanted(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
     """Return the tolerance of each column.
 
     Raises
@@ -177,7 +177,7 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, Tolerance]":
     return wanted
 
 
-def _reason(table: "Table", test: str) -> str:
+def _reason(table: "ResultTable", test: str) -> str:
     """Return why a run is missing, where the table of runs beside it says so."""
     from shakerproc.campaign.result_table import read_table
     from shakerproc.errors import TableError
@@ -193,8 +193,8 @@ def _reason(table: "Table", test: str) -> str:
     return f" ({': '.join(filter(None, (row['status'], row.get('error'))))})"
 
 
-def _line(off: "Deviation", tolerance: "Tolerance") -> str:
-    """Return what a person reads of one deviation."""
+def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
+    """Return one deviation as a line of text."""
     from shakerproc.runs.control import beside
 
     place = [f"test {off.test}", off.channel, off.quantity]
@@ -217,7 +217,7 @@ def _line(off: "Deviation", tolerance: "Tolerance") -> str:
 
 def _sum(
     compared: "Mapping[str, int]",
-    wanted: "Mapping[str, Tolerance]",
+    wanted: "Mapping[str, ColumnTolerance]",
     off: int,
     missing: int,
 ) -> str:

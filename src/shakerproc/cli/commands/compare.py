@@ -69,7 +69,7 @@ def compare(
     from shakerproc.comparison import document_of, explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.report.evidence_models import Models
+    from shakerproc.report.evidence.models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
     from shakerproc.workflows.evidence import Evidence, inputs_of
@@ -171,7 +171,7 @@ def _write(
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     files.write_text(folder / "errors.csv", files.csv_text(table))
     if figures:
-        from shakerproc.report.compare import draw_comparison
+        from shakerproc.report.evidence.comparison import draw_comparison
 
         draw_comparison(found, folder)
     verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
@@ -179,7 +179,7 @@ def _write(
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
-    """Return what the two models are called, told apart."""
+    """Return the names of the two models, distinct."""
     new = f"{new}, fitted" if fit else new
     return (old, new) if old != new else ("old model", "new model")
 

@@ -77,7 +77,7 @@ def _processed(
     from shakerproc.cli.run_log import work_through_log
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
-    from shakerproc.workflows.write_up import Wish, write_up
+    from shakerproc.workflows.write_up import TrendWish, write_up
 
     with locked(root):
         campaign = work_through_log(log, root, Products(figures=figures), Machines())
@@ -85,7 +85,7 @@ def _processed(
             log.title,
             campaign,
             root,
-            Wish(figures=figures, command=output.command()),
+            TrendWish(figures=figures, command=output.command()),
             evidence=evidence or NONE,
             verdict=verdict,
         )
@@ -104,7 +104,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
-    from shakerproc.report.evidence_models import Models
+    from shakerproc.report.evidence.models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import example
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new
@@ -159,7 +159,7 @@ def _say(*words: object, json: str | None) -> None:
 
 def _draw(before: "Comparison", after: "Comparison", folder: Path) -> None:
     """Draw the figures of both comparisons as files."""
-    from shakerproc.report.compare import draw_comparison
+    from shakerproc.report.evidence.comparison import draw_comparison
 
     for name, found in (("before", before), ("after", after)):
         draw_comparison(found, folder / f"compare_{name}")

@@ -142,7 +142,7 @@ def _loop(kind: str, columns: int, rows: int) -> str:
     """Return the force over a cycle of displacement, as lines of characters."""
     from shakerproc.models.effects import StiffnessDrift
     from shakerproc.models.examples import example_of
-    from shakerproc.report.effects import LARGEST, cycle_of
+    from shakerproc.report.models.effects import LARGEST, cycle_of
 
     effect = example_of(kind)
     if isinstance(effect, StiffnessDrift) and effect.stiffness is None:
@@ -152,9 +152,9 @@ def _loop(kind: str, columns: int, rows: int) -> str:
 
 
 def _draw(kind: str, path: Path) -> None:
-    from shakerproc.report import style
-    from shakerproc.report.effects import picture
-    from shakerproc.report.pictures import save
+    from shakerproc.report.figures import style
+    from shakerproc.report.figures.to_png import save
+    from shakerproc.report.models.effects import picture
 
     with style.look():
         save(picture(kind), path)

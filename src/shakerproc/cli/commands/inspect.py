@@ -18,8 +18,8 @@ SCHEMA = "shakerproc-inspect/1"
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
-    """What a channel's samples come to, in its SI unit."""
+class ChannelLevel:
+    """Statistics of a channel's samples, in its SI unit."""
 
     minimum: float
     maximum: float
@@ -141,7 +141,7 @@ def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | N
     output.data(f"{path.stat().st_size} bytes, SHA-256 {fingerprint}", json_target=json)
 
 
-def _channels(recording: "Recording", levels: list[Level], json: str | None) -> None:
+def _channels(recording: "Recording", levels: list[ChannelLevel], json: str | None) -> None:
     rows = []
     for number, channel in enumerate(recording.channels):
         row: list[object] = [
@@ -171,7 +171,7 @@ def _health(flags: "tuple[Flag, ...]", json: str | None, *, looked: bool) -> Non
     )
 
 
-def _levels(recording: "Recording") -> list[Level]:
+def _levels(recording: "Recording") -> list[ChannelLevel]:
     """Return the extremes and rms of every channel; what is no number is left out."""
     import numpy as np
 
@@ -185,7 +185,10 @@ def _levels(recording: "Recording") -> list[Level]:
         squares += np.einsum("ij,ij->i", finite, finite)
         count += good.sum(axis=1)
     rms = np.sqrt(squares / np.maximum(count, 1))
-    return [Level(float(a), float(b), float(c)) for a, b, c in zip(low, high, rms, strict=True)]
+    return [
+        ChannelLevel(float(a), float(b), float(c))
+        for a, b, c in zip(low, high, rms, strict=True)
+    ]
 
 
 def _described(group: "RawGroup") -> str:

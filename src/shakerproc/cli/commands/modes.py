@@ -232,9 +232,9 @@ def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]")
     import numpy as np
 
     from shakerproc.finite_elements.mindlin_plate import mindlin_modes
-    from shakerproc.report import style
-    from shakerproc.report.modes import frequencies_over_clamp, mode_shapes
-    from shakerproc.report.pictures import save
+    from shakerproc.report.figures import style
+    from shakerproc.report.figures.to_png import save
+    from shakerproc.report.models.coupon import frequencies_over_clamp, mode_shapes
 
     coupon, stated = described.coupon, described.stated_radius
     ends = [coupon.clamped_radius, stated or coupon.clamped_radius]

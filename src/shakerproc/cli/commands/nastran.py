@@ -28,7 +28,7 @@ nastran = typer.Typer(
 
 
 @dataclass(frozen=True, slots=True)
-class Variation:
+class DeckVariation:
     """One parameter of the study: its place, and its values as text and in SI."""
 
     place: str
@@ -241,7 +241,7 @@ def _write_coupon(source: Path, out: Path, modes: int) -> list[dict[str, object]
 def _write_models(
     source: Path,
     model: "Model",
-    variations: list[Variation],
+    variations: list[DeckVariation],
     excitation: "tuple[FloatArray, FloatArray]",
     out: Path,
     *,
@@ -361,7 +361,7 @@ def _measured(
         return np.arange(samples.shape[1]) / recording.sample_rate, samples.mean(axis=0)
 
 
-def _variation(model: "Model", text: str) -> Variation:
+def _variation(model: "Model", text: str) -> DeckVariation:
     """Return a parameter and its values.
 
     Raises
@@ -387,7 +387,7 @@ def _variation(model: "Model", text: str) -> Variation:
         numbers = tuple(to_si(value, unit) for value in texts)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--vary") from error
-    return Variation(place, texts, numbers)
+    return DeckVariation(place, texts, numbers)
 
 
 def _velocities(model: "Model", texts: Sequence[str]) -> dict[str, float]:

@@ -11,7 +11,7 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from shakerproc.planning import AbstractJoint, PlannedTest, ShakerLimits, Warming, Wish
+    from shakerproc.planning import AbstractJoint, PlannedTest, PlanWish, ShakerLimits, Warming
     from shakerproc.testlog import Shaker, Test, TestLog
 
 
@@ -85,7 +85,7 @@ def plan(
     until the first contact it is linear, so levels and frequencies are exact. Random motion is
     judged by 3 sigma, the shaker's limits (shaker: in the log) too.
     """
-    from shakerproc.planning import Wish, plan_campaign
+    from shakerproc.planning import PlanWish, plan_campaign
     from shakerproc.testlog import read_testlog
 
     log = read_testlog(testlog)
@@ -93,7 +93,7 @@ def plan(
         log = replace(log, tests=(*log.tests, *_suggested(diagnosis, log)))
     if rehearse and model is None:
         raise typer.BadParameter("needs --model", param_hint="--rehearse")
-    wish = Wish(
+    wish = PlanWish(
         joint=_joint(model, joint),
         limits=_limits(log.shaker, max_g, max_velocity_m_per_s, max_displacement_mm),
         which=_which(clearance),
@@ -156,7 +156,7 @@ def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
 
 
 def _joint(model: Path | None, joint: str | None) -> "AbstractJoint":
-    """Return what moves against what.
+    """Return the joint whose parts move against each other.
 
     Raises
     ------
@@ -281,16 +281,16 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
 
 
 def _write(
-    plans: "Sequence[PlannedTest]", wish: "Wish", title: str, folder: Path, *, figures: bool
+    plans: "Sequence[PlannedTest]", wish: "PlanWish", title: str, folder: Path, *, figures: bool
 ) -> None:
     from shakerproc import files
     from shakerproc.planning import plan_columns
 
     files.write_csv(folder / "plan.csv", plan_columns(plans))
     if figures and any(planned.shaken is not None for planned in plans):
-        from shakerproc.report import style
-        from shakerproc.report.pictures import save
-        from shakerproc.report.planning import plan_figure
+        from shakerproc.report.figures import style
+        from shakerproc.report.figures.to_png import save
+        from shakerproc.report.models.planning import plan_figure
 
         with style.look():
             made = plan_figure(plans, wish.joint, wish.limits, title)
@@ -316,7 +316,7 @@ def _document(
 
 
 def _print(
-    plans: "Sequence[PlannedTest]", wish: "Wish", folder: Path, json: str | None
+    plans: "Sequence[PlannedTest]", wish: "PlanWish", folder: Path, json: str | None
 ) -> None:
     from shakerproc.planning import FreeJoint
 

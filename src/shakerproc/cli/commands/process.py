@@ -282,8 +282,8 @@ def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | N
 
 
 def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
-    from shakerproc.report.in_units import run_in
-    from shakerproc.report.shown_units import USUAL
+    from shakerproc.report.figures.units import USUAL
+    from shakerproc.report.runs.in_units import run_in
     from shakerproc.runs import peak_rows
 
     summary = run_in(summary, USUAL)

@@ -241,9 +241,9 @@ def _write(
             },
         )
     if figures:
-        from shakerproc.report import style
-        from shakerproc.report.pictures import save
-        from shakerproc.report.response import response_figure
+        from shakerproc.report.figures import style
+        from shakerproc.report.figures.to_png import save
+        from shakerproc.report.models.response import response_figure
 
         with style.look():
             save(response_figure(found, others, free, sensor), folder / "response.png")

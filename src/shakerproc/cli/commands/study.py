@@ -95,9 +95,9 @@ def _run(
     with output.results(folder, "study"):
         files.write_csv(folder / "table.csv", result.columns)
         if figures:
-            from shakerproc.report import style
-            from shakerproc.report.pictures import save
-            from shakerproc.report.study import study_figure
+            from shakerproc.report.figures import style
+            from shakerproc.report.figures.to_png import save
+            from shakerproc.report.models.study import study_figure
 
             with style.look():
                 save(study_figure(result), folder / "figure.png")

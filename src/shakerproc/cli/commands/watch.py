@@ -88,7 +88,7 @@ def watch(
     from shakerproc.campaign.lock import locked
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.watching import Pace, Watch
-    from shakerproc.workflows.write_up import Wish
+    from shakerproc.workflows.write_up import TrendWish
 
     said = options.sampling_of(
         sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
@@ -107,7 +107,7 @@ def watch(
         _logs(folder, log, said),
         products=Products(figures, options.exports_of(export)),
         machines=Machines(workers),
-        wish=Wish(channel, figures=figures, command=output.command()),
+        wish=TrendWish(channel, figures=figures, command=output.command()),
         tell=partial(output.data, json_target=json),
     )
     with locked(root):

@@ -29,9 +29,9 @@ from shakerproc.models.effects.stiffness_drift import StiffnessDrift
 from shakerproc.models.effects.stop import Stop
 from shakerproc.models.effects.stribeck_friction import StribeckFriction
 from shakerproc.models.effects.table import Table
-from shakerproc.models.registry import Effects
+from shakerproc.models.registry import EffectRegistry
 
-EFFECTS: Effects = Effects({
+EFFECTS: EffectRegistry = EffectRegistry({
     Spring.kind: Spring,
     Damper.kind: Damper,
     Gap.kind: Gap,

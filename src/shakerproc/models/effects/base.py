@@ -1,4 +1,4 @@
-"""What every effect is: a force law with named parameters, in one small file."""
+"""Interface of an effect: a force law with named parameters, in one small file."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ Holds: TypeAlias = Literal["number", "numbers", "rows", "effects"]
 @final
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What one parameter of an effect means.
+    """Meaning, unit and limits of one parameter of an effect.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class AbstractEffect(ABC):
         """Return the lines of the kernels' table that make up this effect."""
 
     def remark(self, displacement: FloatArray, velocity: FloatArray) -> str | None:
-        """Return what must be said of a motion that this effect was put through, if anything.
+        """Return the remark on a motion that this effect was put through, if any.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class AbstractEffect(ABC):
 
     @classmethod
     def estimated(cls) -> Mapping[str, Parameter]:
-        """Return what the numbers mean that `Identification.numbers` gives, by name."""
+        """Return the meaning of the numbers of `Identification.numbers`, by name."""
         return cls.parameters
 
     @classmethod

@@ -191,8 +191,8 @@ def _chain(elements: tuple[AbstractEffect, ...]) -> _Chain:
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Part:
-    """What one element adds: compliance [m/N], plays [m], mobility [m/(N s)], sliders [N]."""
+class _SeriesPart:
+    """Compliance [m/N], plays [m], mobility [m/(N s)] and sliders [N] of one element."""
 
     compliance: float = 0.0
     plays: tuple[float, float] = (0.0, 0.0)
@@ -200,8 +200,8 @@ class _Part:
     sliders: tuple[float, ...] = ()
 
 
-def _part(element: AbstractEffect) -> _Part:
-    """Return what an element adds, by the laws it is made of.
+def _part(element: AbstractEffect) -> _SeriesPart:
+    """Return the compliance, plays, mobility and sliders of an element, by its laws.
 
     Raises
     ------
@@ -213,13 +213,13 @@ def _part(element: AbstractEffect) -> _Part:
     if laws == {Law.STOP}:
         walls = {row.values[2]: abs(row.values[1]) for row in rows}
         plays = (walls.get(1.0, _NEVER), walls.get(-1.0, _NEVER))
-        return _Part(compliance=1.0 / first[0], plays=plays)
+        return _SeriesPart(compliance=1.0 / first[0], plays=plays)
     if laws == {Law.LINEAR} and first[0] > 0.0 and first[1] == 0.0:
-        return _Part(compliance=1.0 / first[0])
+        return _SeriesPart(compliance=1.0 / first[0])
     if laws == {Law.LINEAR} and first[0] == 0.0 and first[1] > 0.0:
-        return _Part(mobility=1.0 / first[1])
+        return _SeriesPart(mobility=1.0 / first[1])
     if laws == {Law.FRICTION} and math.isclose(first[0], first[1], rel_tol=0.0):
-        return _Part(sliders=(first[0],))
+        return _SeriesPart(sliders=(first[0],))
     raise ValueError(
         f"{element.kind} cannot stand in series; there may be springs, gaps, offset gaps, "
         f"stops, dampers and one coulomb_friction"

@@ -1,4 +1,4 @@
-"""What every measurement fault is: something a sensor or its cable does to a signal."""
+"""Interface of a measurement fault: a distortion of a signal by sensor or cable."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ class AbstractFault(ABC):
 
     @abstractmethod
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
-        """Return what is recorded instead of the true signal.
+        """Return the recorded signal in place of the true one.
 
         Parameters
         ----------

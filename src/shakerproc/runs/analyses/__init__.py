@@ -101,7 +101,7 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
 
 
 def _with_tones(found: Sequence[Analysis]) -> str:
-    """Return what the tones of a sine on random are a part of."""
+    """Return the sentence on numbers that include the tones of a sine on random."""
     whole = [one.title for one in found if not ANALYSES[one.kind].of_spectra]
     names = ", ".join(["Rms", "largest value", "crest factor", "kurtosis", *whole])
     return (

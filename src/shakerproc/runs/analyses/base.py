@@ -1,4 +1,4 @@
-"""What every kind of further analysis can do."""
+"""Interface of every kind of further analysis."""
 
 from abc import ABC, abstractmethod
 from typing import ClassVar, Final

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Blows
 from shakerproc.spectra.hammer.strikes import rounded_up
@@ -132,7 +132,7 @@ def _problems(found: Blows) -> list[str]:
 
 
 def _unknown_noise(found: Blows) -> str:
-    """Return what is not known where too little lies before the blows."""
+    """Return the message on unknown noise where too little lies before the blows."""
     cut = found.setup.cut
     peaks = (
         ", and of the peaks of a single blow only the tallest is listed"
@@ -171,9 +171,10 @@ def _pulses(found: Blows) -> Panel:
         "blows_force",
         "Force of the blows that are averaged",
         f"{len(drawn)} of {len(found.kept)} blows.",
-        Scale("time after the trigger [ms]", logarithmic=False),
-        Scale("force [N]", logarithmic=False),
+        PanelScale("time after the trigger [ms]", logarithmic=False),
+        PanelScale("force [N]", logarithmic=False),
         tuple(
-            Line("" if i else name, time, pulse, channel=name) for i, pulse in enumerate(drawn)
+            PanelLine("" if i else name, time, pulse, channel=name)
+            for i, pulse in enumerate(drawn)
         ),
     )

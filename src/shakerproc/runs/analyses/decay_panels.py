@@ -6,7 +6,7 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from shakerproc.runs.analysis import Line, Panel, Scale
+from shakerproc.runs.analysis import Panel, PanelLine, PanelScale
 from shakerproc.spectra.decays import Reading
 
 MARGIN: Final = 0.03
@@ -56,7 +56,7 @@ def decay_panels(
     limited : int
         Of how many of them, the first, the 95 % limits are drawn.
     """
-    along = Scale(f"amplitude of {amplitude.channel} [{amplitude.unit}]")
+    along = PanelScale(f"amplitude of {amplitude.channel} [{amplitude.unit}]")
     panels = []
     for quantity, (label, factor) in QUANTITIES.items():
         lines = [_lines(one, quantity, (amplitude.factor, factor)) for one in curves]
@@ -71,18 +71,20 @@ def decay_panels(
 
 def _lines(
     curve: Curve, quantity: str, factors: tuple[float, float]
-) -> tuple[list[Line], Line]:
+) -> tuple[list[PanelLine], PanelLine]:
     """Return both limits of a curve, and the curve."""
     name, style, readings = curve
     x = factors[0] * np.array([one.amplitude for one in readings])
     y = factors[1] * np.array([getattr(one, quantity) for one in readings])
     half = factors[1] * np.array([getattr(one, f"{quantity}_error") for one in readings])
-    limits = [Line("", x, edge, look="paper") for edge in (y - half, y + half)]
-    return limits, Line(name, x, y, style=style)
+    limits = [PanelLine("", x, edge, look="paper") for edge in (y - half, y + half)]
+    return limits, PanelLine(name, x, y, style=style)
 
 
-def _across(label: str, lines: Sequence[Line]) -> Scale:
+def _across(label: str, lines: Sequence[PanelLine]) -> PanelScale:
     shown = [line.y for line in lines if line.y.size]
     low, high = min(y.min() for y in shown), max(y.max() for y in shown)
     margin = MARGIN * (high - low)
-    return Scale(label, logarithmic=False, ends=(float(low - margin), float(high + margin)))
+    return PanelScale(
+        label, logarithmic=False, ends=(float(low - margin), float(high + margin))
+    )

@@ -1,10 +1,10 @@
-"""What the curves of a decay say in words: remarks, and the signature of a law."""
+"""The curves of a decay in words: remarks, and the signature of a law."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
 
 from shakerproc.numerals import numeral
-from shakerproc.spectra.decays import DecayCurve, DecayLine, Reading, Trend
+from shakerproc.spectra.decays import DecayCurve, DecayLine, DecayTrend, Reading
 
 DISPUTED: Final = 0.1
 """Share of stretches in which two methods may disagree without a remark [-]: their intervals,
@@ -61,7 +61,7 @@ def harmonic_of(line: DecayLine, lines: Sequence[DecayLine]) -> tuple[int, float
     return None
 
 
-def signature(trend: Trend, readings: Sequence[Reading]) -> str:
+def signature(trend: DecayTrend, readings: Sequence[Reading]) -> str:
     """Return how frequency and damping go with amplitude, and which laws do that."""
     first, last = readings[0], readings[-1]
     frequency = (
@@ -83,7 +83,7 @@ def signature(trend: Trend, readings: Sequence[Reading]) -> str:
     return f"{frequency}; {damping}.{f' {law}' if law else ''}"
 
 
-def law_words(trend: Trend) -> str:
+def law_words(trend: DecayTrend) -> str:
     """Return which laws would do that; empty where nothing changes."""
     shift = trend.shift if trend.shifts else 0.0
     found = (

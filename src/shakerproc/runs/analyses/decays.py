@@ -36,7 +36,7 @@ DRAWN: Final = 6
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Mode:
+class DecayMode:
     """A mode of a decay in the channel that shows it best, `factor` to its shown unit."""
 
     number: int
@@ -90,7 +90,7 @@ class DecayAnalysis(AbstractAnalysis):
         )
 
 
-def _modes(recording: Recording, result: RunResult) -> tuple[list[Mode], float]:
+def _modes(recording: Recording, result: RunResult) -> tuple[list[DecayMode], float]:
     """Return the modes of the free part, and where that begins [s].
 
     Raises
@@ -124,7 +124,7 @@ def _modes(recording: Recording, result: RunResult) -> tuple[list[Mode], float]:
         unit, factor = shown_unit(channel.unit)
         order = INTEGRATIONS.get(channel.unit)
         modes.append(
-            Mode(
+            DecayMode(
                 number,
                 channel.name,
                 unit,
@@ -158,7 +158,7 @@ def _no_mode(result: RunResult) -> str:
     )
 
 
-def _displacement(mode: Mode, one: Reading) -> float | None:
+def _displacement(mode: DecayMode, one: Reading) -> float | None:
     """Return the amplitude as a displacement [mm]; None of what is no motion."""
     if mode.integrations is None:
         return None
@@ -166,7 +166,7 @@ def _displacement(mode: Mode, one: Reading) -> float | None:
     return 1e3 * one.amplitude / size
 
 
-def _columns(modes: Sequence[Mode]) -> dict[str, list[Any]]:
+def _columns(modes: Sequence[DecayMode]) -> dict[str, list[Any]]:
     """Return the table: a row for each mode, stretch and method."""
     rows = [
         {
@@ -192,7 +192,7 @@ def _columns(modes: Sequence[Mode]) -> dict[str, list[Any]]:
     return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
 
 
-def _row(mode: Mode) -> dict[str, Cell]:
+def _row(mode: DecayMode) -> dict[str, Cell]:
     """Return a mode at both ends of its decay, by least squares."""
     curve = mode.curve
     ends = (curve.fitted[0], curve.fitted[-1]) if curve.fitted else (None, None)
@@ -215,7 +215,7 @@ def _row(mode: Mode) -> dict[str, Cell]:
     return cells
 
 
-def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[str]:
+def _told(modes: Sequence[DecayMode], start: float, result: RunResult) -> Iterator[str]:
     """Yield where the free part begins, and what each mode says of the law behind it."""
     yield (
         f"The free part begins at {numeral(start, 4)} s. Damping is that of the decay of the "
@@ -241,7 +241,7 @@ def _told(modes: Sequence[Mode], start: float, result: RunResult) -> Iterator[st
         )
 
 
-def _panels(mode: Mode) -> list[Panel]:
+def _panels(mode: DecayMode) -> list[Panel]:
     """Return frequency and damping against amplitude, both methods overlaid."""
     curves = [(name, style, readings) for style, (name, readings) in enumerate(mode.methods)]
     return decay_panels(

@@ -7,7 +7,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra import Statistics
 
@@ -97,20 +97,20 @@ def _panels(
     middle, low, normal = 0.5 * (edges[:-1] + edges[1:]), edges[:-1], scipy.stats.norm
     densities = [_line(name, middle, density) for name, density, _ in rows]
     above = [_line(name, low, share) for name, _, share in rows]
-    densities.append(Line("normal law", middle, normal.pdf(middle), look="demand"))
-    above.append(Line("normal law", low, normal.sf(low), look="demand"))
-    deviation = Scale("deviation from the mean [standard deviations]", logarithmic=False)
+    densities.append(PanelLine("normal law", middle, normal.pdf(middle), look="demand"))
+    above.append(PanelLine("normal law", low, normal.sf(low), look="demand"))
+    deviation = PanelScale("deviation from the mean [standard deviations]", logarithmic=False)
     return (
         Panel(
             "distribution_density", "Probability density", _CAPTION, deviation,
-            Scale("density [1/standard deviation]"), tuple(densities),
+            PanelScale("density [1/standard deviation]"), tuple(densities),
         ),
         Panel(
             "distribution_exceedance", "Exceedance", _CAPTION, deviation,
-            Scale("share of samples at or above [-]"), tuple(above),
+            PanelScale("share of samples at or above [-]"), tuple(above),
         ),
     )  # fmt: skip
 
 
-def _line(name: str, x: FloatArray, y: FloatArray) -> Line:
-    return Line(name, x, np.where(y > 0.0, y, np.nan), channel=name)
+def _line(name: str, x: FloatArray, y: FloatArray) -> PanelLine:
+    return PanelLine(name, x, np.where(y > 0.0, y, np.nan), channel=name)

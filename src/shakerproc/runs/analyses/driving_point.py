@@ -69,7 +69,7 @@ def _share(result: RunResult, force: int, row: int, sense: float) -> float:
 
 
 def _problem(force: str, sensor: str, share: float) -> str:
-    """Return what is wrong at a driving point; empty where nothing is."""
+    """Return the fault of a driving point; empty where there is none."""
     if share >= MUCH:
         return ""
     if share <= -MUCH:

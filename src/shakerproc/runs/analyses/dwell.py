@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
 from shakerproc.runs.tables import spelled, spelled_ratio
 from shakerproc.spectra import Tone
@@ -187,33 +187,33 @@ def _row(result: RunResult, k: int, found: _Dwell) -> dict[str, Cell]:
 
 def _panels(result: RunResult, found: _Dwell) -> list[Panel]:
     """Return gain, for each unit, phase and frequency over time."""
-    time = Scale("time [s]", logarithmic=False)
+    time = PanelScale("time [s]", logarithmic=False)
     ratios = [shown_ratio(*result.units_of_response(i)) for i in result.responses]
     names = [result.channels[i].name for i in result.responses]
     panels = []
     for number, unit in enumerate(dict.fromkeys(unit for unit, _ in ratios), 1):
         lines = tuple(
-            Line(name, found.time, gain * ratio[1], channel=name)
+            PanelLine(name, found.time, gain * ratio[1], channel=name)
             for name, gain, ratio in zip(names, found.gain, ratios, strict=True)
             if ratio[0] == unit
         )
         panels.append(
             Panel(f"dwell_gain_{number}", "Gain over time", "Response over the control at its "
                   "frequency: a line that falls or rises tells a change.", time,
-                  Scale(f"gain [{unit or '-'}]", logarithmic=False), lines)
+                  PanelScale(f"gain [{unit or '-'}]", logarithmic=False), lines)
         )  # fmt: skip
     phases = tuple(
-        Line(name, found.time, phase, channel=name)
+        PanelLine(name, found.time, phase, channel=name)
         for name, phase in zip(names, found.phase, strict=True)
     )
     panels.append(
         Panel("dwell_phase", "Phase over time", "Response against the control: at a resonance "
               "that drifts, the phase moves before the gain does.", time,
-              Scale("phase [deg]", logarithmic=False), phases)
+              PanelScale("phase [deg]", logarithmic=False), phases)
     )  # fmt: skip
     panels.append(
         Panel("dwell_frequency", "Frequency over time", "Of the control, as its controller "
-              "holds or tracks it.", time, Scale("frequency [Hz]", logarithmic=False),
-              (Line("control", found.time, found.frequency),))
+              "holds or tracks it.", time, PanelScale("frequency [Hz]", logarithmic=False),
+              (PanelLine("control", found.time, found.frequency),))
     )  # fmt: skip
     return panels

@@ -7,14 +7,14 @@ import numpy as np
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.fatigue import FatigueSpectra, fatigue_spectra
 
 
 @final
 class FatigueAnalysis(AbstractAnalysis):
-    """What the vibration does to oscillators: root mean squares and damage."""
+    """Root mean squares and damage of oscillators under the vibration."""
 
     kind: ClassVar[str] = "fatigue"
 
@@ -83,10 +83,10 @@ def _panel(  # noqa: PLR0917
         name=f"fatigue_{name}",
         title=title,
         caption="Of an oscillator of each natural frequency on the place of the sensor.",
-        x=Scale("natural frequency [Hz]"),
-        y=Scale(label),
+        x=PanelScale("natural frequency [Hz]"),
+        y=PanelScale(label),
         lines=tuple(
-            Line(channel, frequency, values[i], channel=channel)
+            PanelLine(channel, frequency, values[i], channel=channel)
             for i, channel in enumerate(channels)
         ),
     )

@@ -10,7 +10,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.integration import integrated, straight_baseline
 
@@ -160,10 +160,10 @@ class _Motion:
             name=f"integration_{quantity}",
             title=quantity.capitalize(),
             caption=f"{quantity.capitalize()} by integration; extremes of each slice.",
-            x=Scale("time [s]", logarithmic=False),
-            y=Scale(f"{quantity} [{_SHOWN[quantity]}]", logarithmic=False),
+            x=PanelScale("time [s]", logarithmic=False),
+            y=PanelScale(f"{quantity} [{_SHOWN[quantity]}]", logarithmic=False),
             lines=tuple(
-                Line(
+                PanelLine(
                     name,
                     time,
                     np.stack([self.low[k, i], self.high[k, i]], axis=1).ravel() * _FACTOR,

@@ -9,8 +9,8 @@ from shakerproc.data import Channel, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.multisine_words import about, problems, sentence
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
-from shakerproc.runs.multisines import Reading, moving_rms, read_multisine
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.multisines import MultisineReading, moving_rms, read_multisine
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.multisines import LineSpectra, Share, shares_of
@@ -33,7 +33,7 @@ class MultisineAnalysis(AbstractAnalysis):
     kind: ClassVar[str] = "multisine"
 
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
-        """Return what every line says; None of other tests. What fails is a flag."""
+        """Return the analysis of every line; None of other tests. A failure is a flag."""
         said = result.test.multisine
         if result.test.excitation != "multisine" or said is None:
             return None
@@ -65,13 +65,13 @@ class MultisineAnalysis(AbstractAnalysis):
         )
 
 
-def _driving(reading: Reading, result: RunResult) -> tuple[str, Channel]:
-    """Return what the input is called, and a channel of it."""
+def _driving(reading: MultisineReading, result: RunResult) -> tuple[str, Channel]:
+    """Return the name of the input, and a channel of it."""
     first = result.channels[reading.input[0]]
     return (first.name if len(reading.input) == 1 else "controls"), first
 
 
-def _columns(reading: Reading, result: RunResult) -> dict[str, Any]:
+def _columns(reading: MultisineReading, result: RunResult) -> dict[str, Any]:
     """Return the table: a row for each line."""
     grid = reading.grid
     name, channel = _driving(reading, result)
@@ -127,7 +127,7 @@ def _row(name: str, spectra: LineSpectra, shares: Mapping[Kind, Share]) -> dict[
     return cells
 
 
-def _panel(i: int, reading: Reading, result: RunResult) -> Panel:
+def _panel(i: int, reading: MultisineReading, result: RunResult) -> Panel:
     """Return the response function, and below it noise and distortion over the input."""
     one, grid = reading.spectra[i], reading.grid
     name, channel = _driving(reading, result)
@@ -150,7 +150,7 @@ def _panel(i: int, reading: Reading, result: RunResult) -> Panel:
             width = max(1, int(chosen.sum()) // SMOOTHED)
             curves.append((label, chosen, moving_rms((values / one.input)[chosen], width)))
     lines = [
-        Line(label, grid.frequency[chosen], scale * values, style=style)
+        PanelLine(label, grid.frequency[chosen], scale * values, style=style)
         for style, (label, chosen, values) in enumerate(curves)
     ]
     return Panel(
@@ -159,7 +159,7 @@ def _panel(i: int, reading: Reading, result: RunResult) -> Panel:
         "Noise (of the mean over the periods of a realisation) and distortion, over the "
         "amplitude of the input; root mean squares of neighbouring lines. What lies on the "
         "noise is noise.",
-        Scale("frequency [Hz]"),
-        Scale(f"{response.name} over {name} [{unit}]"),
+        PanelScale("frequency [Hz]"),
+        PanelScale(f"{response.name} over {name} [{unit}]"),
         tuple(lines),
     )

@@ -1,4 +1,4 @@
-"""What a multisine says of a response in words."""
+"""A multisine's response in words."""
 
 from collections.abc import Iterator, Mapping
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.numerals import numeral
-from shakerproc.runs.multisines import Reading
+from shakerproc.runs.multisines import MultisineReading
 from shakerproc.spectra.multisines import Grid, Share
 from shakerproc.spectra.multisines.judging import Kind
 
@@ -84,7 +84,7 @@ def _bands(share: Share) -> str:
     return " and ".join(first) + (f" and in {more} more bands" if more else "")
 
 
-def about(reading: Reading) -> Iterator[str]:
+def about(reading: MultisineReading) -> Iterator[str]:
     """Yield what was used, and which figures are not available and why."""
     layout, grid = reading.layout, reading.grid
     used = layout.periods - layout.left_out
@@ -114,7 +114,7 @@ def about(reading: Reading) -> Iterator[str]:
         yield _no_detection(reading)
 
 
-def problems(reading: Reading) -> Iterator[str]:
+def problems(reading: MultisineReading) -> Iterator[str]:
     """Yield what keeps a measurement from telling noise or distortion."""
     if reading.layout.periods - reading.layout.left_out == 1:
         yield (
@@ -144,7 +144,7 @@ def _own_lines(grid: Grid) -> str:
     return f"{told} and tell the scatter. Each line is averaged over the realisations it has."
 
 
-def _no_detection(reading: Reading) -> str:
+def _no_detection(reading: MultisineReading) -> str:
     if reading.grid.excited_in.all():
         return (
             "No detection lines: every line is excited, so that even and odd distortion are "

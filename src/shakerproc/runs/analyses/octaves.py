@@ -8,7 +8,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.signals import offset_free
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.octaves import (
@@ -127,10 +127,10 @@ def _panel(
         name=f"octaves{ending}",
         title=f"{name} bands",
         caption="Root mean square of what passes the filter of each band.",
-        x=Scale("frequency [Hz]"),
-        y=Scale(f"rms [{unit}]"),
+        x=PanelScale("frequency [Hz]"),
+        y=PanelScale(f"rms [{unit}]"),
         lines=tuple(
-            Line(
+            PanelLine(
                 result.channels[i].name,
                 x,
                 np.repeat(rms[i], 2),

@@ -10,7 +10,7 @@ from shakerproc.data import ComplexArray, FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.roles import is_called, row_asked_for
 from shakerproc.runs.tables import spelled
@@ -257,8 +257,9 @@ def _row(
 def _speed(found: _Tracked) -> Panel:
     return Panel(
         "orders_speed", "Speed", "Mean speed of each stretch of revolutions.",
-        Scale("time [s]", logarithmic=False), Scale("speed [rev/min]", logarithmic=False),
-        (Line("speed", found.time, found.speed),),
+        PanelScale("time [s]", logarithmic=False),
+        PanelScale("speed [rev/min]", logarithmic=False),
+        (PanelLine("speed", found.time, found.speed),),
     )  # fmt: skip
 
 
@@ -271,15 +272,15 @@ def _panels(
         channel = result.channels[row]
         unit, factor = shown_unit(channel.unit)
         lines = tuple(
-            Line(label, found.speed, np.abs(found.amplitudes[i, j]) * factor, style=j)
+            PanelLine(label, found.speed, np.abs(found.amplitudes[i, j]) * factor, style=j)
             for j, label in enumerate(labels)
         )
         panels.append(
             Panel(
                 f"orders_{i + 1}", f"Orders of {channel.name}",
                 "Amplitude of each order against the speed of the shaft.",
-                Scale("speed [rev/min]", logarithmic=False),
-                Scale(f"amplitude [{unit}]", logarithmic=False), lines,
+                PanelScale("speed [rev/min]", logarithmic=False),
+                PanelScale(f"amplitude [{unit}]", logarithmic=False), lines,
             )
         )  # fmt: skip
     return panels

@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Look, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.control import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
@@ -33,7 +33,7 @@ LINES: Final[Mapping[str, tuple[Look, int]]] = {
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """What is compared with a profile.
+    """Curve that is compared with a profile.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ def lines_of(profile: Profile, frequency: FloatArray) -> dict[str, FloatArray]:
 
 
 def _judged(result: RunResult, profile: Profile, rows: Sequence[int]) -> Judged:
-    """Return what is compared with the profile, where both are."""
+    """Return the curve that is compared with the profile, where both are."""
     if _is_density(profile):
         return _judged_density(result, profile, rows)
     return _judged_sweep(result, profile)
@@ -229,7 +229,7 @@ def _told(summary: Sequence[Mapping[str, Cell]], profile: Profile) -> str:
 
 
 def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
-    """Return what is said of a line that was not kept."""
+    """Return the message on a line that was not kept."""
     share, allowed = (
         100.0 * float(row[key] or 0.0) for key in ("beyond_share", "allowed_share")
     )
@@ -260,7 +260,7 @@ def _rms(result: RunResult, profile: Profile, rows: Sequence[int]) -> dict[str, 
 
 
 def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, ...]:
-    """Return the same in a sentence, if there is one to say."""
+    """Return the comparison of the rms in a sentence, if there is one to say."""
     if not rms:
         return ()
     demanded, seen = (float(rms[name] or 0.0) for name in ("demand_rms", "measured_rms"))
@@ -301,25 +301,26 @@ def _panel(judged: Judged, profile: Profile, result: RunResult) -> Panel:
     """Return control and responses over the lines, which are drawn at their own corners."""
     factor, (points, levels_there) = _factor(profile), _points(profile)
     x = _corners(profile)
-    drawn = [Line("demand", points, levels_there * factor, look="demand")]
+    drawn = [PanelLine("demand", points, levels_there * factor, look="demand")]
     drawn += [
-        Line(look if side > 0 else "", x, y * factor, look=look)
+        PanelLine(look if side > 0 else "", x, y * factor, look=look)
         for y, (look, side) in zip(lines_of(profile, x).values(), LINES.values(), strict=True)
     ]
     order = np.argsort(judged.frequency, kind="stable")
     f = judged.frequency[order]
     drawn += [
-        Line(name, f, y[order] * factor, channel=name) for name, y in judged.responses.items()
+        PanelLine(name, f, y[order] * factor, channel=name)
+        for name, y in judged.responses.items()
     ]
     control = result.channels[result.controls[0]].name if result.controls else ""
-    drawn.append(Line("control", f, judged.control[order] * factor, channel=control))
+    drawn.append(PanelLine("control", f, judged.control[order] * factor, channel=control))
     unit = shown_unit(profile.signal_unit)[0]
     density = _is_density(profile)
     return Panel(
         name="profile",
         title=f"Profile {profile.name}",
         caption="Mean control and responses over demand, alarm and abort lines.",
-        x=Scale("frequency [Hz]"),
-        y=Scale(f"PSD [{unit}²/Hz]" if density else f"amplitude [{unit}]"),
+        x=PanelScale("frequency [Hz]"),
+        y=PanelScale(f"PSD [{unit}²/Hz]" if density else f"amplitude [{unit}]"),
         lines=tuple(drawn),
     )

@@ -9,7 +9,7 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
-from shakerproc.runs.pairs import Pair, functions_of
+from shakerproc.runs.pairs import ChannelPair, functions_of
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra import Damping
 
@@ -43,12 +43,12 @@ class ResonanceAnalysis(AbstractAnalysis):
         )
 
 
-def _is_driven(result: RunResult, pair: Pair) -> bool:
+def _is_driven(result: RunResult, pair: ChannelPair) -> bool:
     """Return whether the input is a force, so that peaks are resonances of the structure."""
     return all(result.channels[i].role == "force" for i in pair.inputs)
 
 
-def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
+def _rows(result: RunResult, pair: ChannelPair) -> Iterator[dict[str, Cell]]:
     cross, wanted = pair.cross, result.test.processing.peaks
     gain = spectra.masked(np.abs(pair.h1), pair.excited)
     errors = _errors(result, pair)
@@ -77,7 +77,7 @@ def _rows(result: RunResult, pair: Pair) -> Iterator[dict[str, Cell]]:
         }
 
 
-def _errors(result: RunResult, pair: Pair) -> FloatArray | None:
+def _errors(result: RunResult, pair: ChannelPair) -> FloatArray | None:
     """Return the random error of each gain [-]; None where nothing tells it.
 
     One average has no coherence; of one blow it is that of noise as before the blow, white,

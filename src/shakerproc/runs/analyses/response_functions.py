@@ -7,8 +7,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
-from shakerproc.runs.pairs import Pair, functions_of, told_of_forces
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.pairs import ChannelPair, functions_of, told_of_forces
 from shakerproc.runs.result import BoolArray, RunResult
 
 DRAWN: Final = 8
@@ -52,7 +52,9 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
         )
 
 
-def _columns(frequency: FloatArray, pairs: Sequence[Pair]) -> dict[str, FloatArray | BoolArray]:
+def _columns(
+    frequency: FloatArray, pairs: Sequence[ChannelPair]
+) -> dict[str, FloatArray | BoolArray]:
     columns: dict[str, FloatArray | BoolArray] = {"frequency_hz": frequency}
     for pair in pairs:
         name = pair.label.replace(" / ", "_over_")
@@ -69,7 +71,7 @@ def _columns(frequency: FloatArray, pairs: Sequence[Pair]) -> dict[str, FloatArr
     return columns
 
 
-def _row(frequency: FloatArray, pair: Pair) -> dict[str, Cell]:
+def _row(frequency: FloatArray, pair: ChannelPair) -> dict[str, Cell]:
     gain = np.where(pair.excited, np.abs(pair.h1), -np.inf)
     peak = int(np.argmax(gain))
     known = pair.coherence[pair.excited & np.isfinite(pair.coherence)]
@@ -84,50 +86,51 @@ def _row(frequency: FloatArray, pair: Pair) -> dict[str, Cell]:
     }
 
 
-def _panels(frequency: FloatArray, pair: Pair, name: str) -> list[Panel]:
+def _panels(frequency: FloatArray, pair: ChannelPair, name: str) -> list[Panel]:
     """Return gain, phase and locus."""
     shown = np.flatnonzero(pair.excited)
     part = slice(int(shown[0]), int(shown[-1]) + 1)
     h1 = np.where(pair.excited, pair.h1, np.nan + 0j)[part]
     x, title = frequency[part], f"{pair.label}, {pair.name}"
     limits = [
-        Line(label, x, np.where(pair.excited, values, np.nan)[part], look="paper")
+        PanelLine(label, x, np.where(pair.excited, values, np.nan)[part], look="paper")
         for label, values in (("", pair.low), ("", pair.high))
     ]
-    by_frequency, unit = Scale("frequency [Hz]"), "-" if pair.unit == "1" else pair.unit
+    by_frequency, unit = PanelScale("frequency [Hz]"), "-" if pair.unit == "1" else pair.unit
     phase, known = np.degrees(np.angle(h1)), np.isfinite(h1)
     phase = np.where(np.abs(np.diff(phase, prepend=phase[:1])) > 180.0, np.nan, phase)
     return [
         Panel(
             f"{name}_gain", f"|H1| of {title}", "Grey: its 95 % limits.", by_frequency,
-            Scale(f"|H1| [{unit}]"),
-            (*limits, Line(pair.label, x, np.abs(h1), channel=pair.output)),
+            PanelScale(f"|H1| [{unit}]"),
+            (*limits, PanelLine(pair.label, x, np.abs(h1), channel=pair.output)),
         ),
         Panel(
             f"{name}_phase", f"Phase of {title}", "Of H1; output after input.", by_frequency,
-            Scale("phase [°]", logarithmic=False),
-            (Line(pair.label, x, phase, channel=pair.output),),
+            PanelScale("phase [°]", logarithmic=False),
+            (PanelLine(pair.label, x, phase, channel=pair.output),),
         ),
         Panel(
             f"{name}_nyquist", f"Nyquist plot of {title}", "A resonance is a circle.",
-            Scale(f"real part [{unit}]", logarithmic=False),
-            Scale(f"imaginary part [{unit}]", logarithmic=False),
-            (Line(pair.label, h1.real[known], h1.imag[known], channel=pair.output),),
+            PanelScale(f"real part [{unit}]", logarithmic=False),
+            PanelScale(f"imaginary part [{unit}]", logarithmic=False),
+            (PanelLine(pair.label, h1.real[known], h1.imag[known], channel=pair.output),),
             equal=True,
         ),
     ]  # fmt: skip
 
 
-def _coherence(frequency: FloatArray, pairs: Sequence[Pair]) -> Panel:
+def _coherence(frequency: FloatArray, pairs: Sequence[ChannelPair]) -> Panel:
     shown = np.flatnonzero(np.any([pair.excited for pair in pairs], axis=0))
     part = slice(int(shown[0]), int(shown[-1]) + 1)
     return Panel(
         "response_functions_coherence", "Coherence of the response functions",
         "1: all of the output is a linear answer to the input, without noise. Of several "
         "forces: partial coherence, without what the others cause.",
-        Scale("frequency [Hz]"), Scale("coherence [-]", logarithmic=False, ends=(0.0, 1.02)),
+        PanelScale("frequency [Hz]"),
+        PanelScale("coherence [-]", logarithmic=False, ends=(0.0, 1.02)),
         tuple(
-            Line(
+            PanelLine(
                 pair.label,
                 frequency[part],
                 np.where(pair.excited, pair.coherence, np.nan)[part],

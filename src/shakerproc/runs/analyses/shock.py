@@ -7,7 +7,7 @@ import numpy as np
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.shock import PARTS, QUANTITIES, ShockSpectra, shock_spectra
 
@@ -85,10 +85,10 @@ def _maximax(found: ShockSpectra, names: list[str]) -> Panel:
         name="shock_maximax",
         title="Shock response, maximax of the absolute acceleration",
         caption="Largest acceleration of an oscillator of each natural frequency.",
-        x=Scale("natural frequency [Hz]"),
-        y=Scale("acceleration [g]"),
+        x=PanelScale("natural frequency [Hz]"),
+        y=PanelScale("acceleration [g]"),
         lines=tuple(
-            Line(name, found.frequency, values[row], channel=name)
+            PanelLine(name, found.frequency, values[row], channel=name)
             for row, name in enumerate(names)
         ),
     )
@@ -100,10 +100,10 @@ def _primary_and_residual(found: ShockSpectra, names: list[str], row: int) -> Pa
         name="shock_primary_residual",
         title=f"Shock response of {names[row]}, primary and residual",
         caption="While the shock lasts and after it, each way, of the absolute acceleration.",
-        x=Scale("natural frequency [Hz]"),
-        y=Scale("acceleration [g]"),
+        x=PanelScale("natural frequency [Hz]"),
+        y=PanelScale("acceleration [g]"),
         lines=tuple(
-            Line(
+            PanelLine(
                 part.replace("_", " "),
                 found.frequency,
                 parts[part][row] / STANDARD_GRAVITY,
@@ -125,20 +125,22 @@ def _four_coordinates(found: ShockSpectra, names: list[str]) -> Panel:
             f"{', '.join(line.label for line in rising)}; falling: constant acceleration, "
             f"upwards {', '.join(line.label for line in falling)}."
         ),
-        x=Scale("natural frequency [Hz]"),
-        y=Scale("pseudo-velocity [m/s]"),
+        x=PanelScale("natural frequency [Hz]"),
+        y=PanelScale("pseudo-velocity [m/s]"),
         lines=(
             *rising,
             *falling,
             *(
-                Line(name, found.frequency, values[row], channel=name)
+                PanelLine(name, found.frequency, values[row], channel=name)
                 for row, name in enumerate(names)
             ),
         ),
     )
 
 
-def _paper(frequency: FloatArray, velocity: FloatArray) -> tuple[list[Line], list[Line]]:
+def _paper(
+    frequency: FloatArray, velocity: FloatArray
+) -> tuple[list[PanelLine], list[PanelLine]]:
     """Return the lines of constant displacement, ωd, and of constant acceleration, a/ω.
 
     Those that cross the decades of the velocities, a decade from one to the next.
@@ -150,12 +152,12 @@ def _paper(frequency: FloatArray, velocity: FloatArray) -> tuple[list[Line], lis
         return [], []
     low, high = (10.0 ** f(np.log10(v)) for f, v in
                  ((np.floor, positive.min()), (np.ceil, positive.max())))  # fmt: skip
-    found: list[list[Line]] = []
+    found: list[list[PanelLine]] = []
     for of_unit, unit in ((omega, "m"), (STANDARD_GRAVITY / omega, "g")):
         first = np.floor(np.log10(low / of_unit.max())) + 1
         last = np.ceil(np.log10(high / of_unit.min())) - 1
         found.append([
-            Line(_named(10.0**power, unit), x, 10.0**power * of_unit, look="paper")
+            PanelLine(_named(10.0**power, unit), x, 10.0**power * of_unit, look="paper")
             for power in np.arange(first, last + 1)
         ])
     return found[0], found[1]

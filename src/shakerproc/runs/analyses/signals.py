@@ -1,4 +1,4 @@
-"""What several analyses need of a run: which channels, which frequencies, which samples."""
+"""Channels, frequencies and samples that several analyses of a run share."""
 
 from collections.abc import Iterator, Sequence
 

@@ -15,7 +15,7 @@ from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.shock import shock_spectra
 from shakerproc.spectra.splitting.cells import Cells, cells_of
-from shakerproc.spectra.splitting.parts import CELL, Part, split
+from shakerproc.spectra.splitting.parts import CELL, RecordPart, split
 from shakerproc.spectra.splitting.shocks import ShockRule
 from shakerproc.spectra.welch.density import psd
 from shakerproc.spectra.welch.engine import cross_spectra
@@ -46,7 +46,7 @@ class SplittingAnalysis(AbstractAnalysis):
         if wanted is None:
             return None
         rows = accelerations(result, self.kind)
-        run = _Run(recording.select(rows), result, rows)
+        run = _LevelRun(recording.select(rows), result, rows)
         cells = run.cells(wanted)
         rule = ShockRule(wanted.crest, wanted.least, wanted.longest)
         parts = split(cells, rule, shortest=wanted.shortest, step=wanted.step)
@@ -64,7 +64,7 @@ class SplittingAnalysis(AbstractAnalysis):
 
 
 @final
-class _Run:
+class _LevelRun:
     """The accelerations of a run without their means.
 
     Attributes
@@ -105,12 +105,12 @@ class _Run:
         for block in self.recording.blocks(begin + start, begin + stop):
             yield block - self.mean
 
-    def samples_of(self, part: Part, length: int) -> tuple[int, int]:
+    def samples_of(self, part: RecordPart, length: int) -> tuple[int, int]:
         """Return the first sample of a part and the one after the last."""
         return part.first * length, min(part.stop * length, self.result.crop.n_samples)
 
 
-def _calm(parts: Sequence[Part], one: Part) -> list[tuple[int, int]]:
+def _calm(parts: Sequence[RecordPart], one: RecordPart) -> list[tuple[int, int]]:
     """Return the cells of a part of vibration without its shocks, from first to stop."""
     cuts = [p for p in parts if p.kind == "shock" and p.stop > one.first and p.first < one.stop]
     starts = [one.first, *(p.stop for p in cuts)]
@@ -118,11 +118,11 @@ def _calm(parts: Sequence[Part], one: Part) -> list[tuple[int, int]]:
     return [(a, b) for a, b in zip(starts, stops, strict=True) if b > a]
 
 
-def _cells_in(parts: Sequence[Part], one: Part) -> list[tuple[int, int]]:
+def _cells_in(parts: Sequence[RecordPart], one: RecordPart) -> list[tuple[int, int]]:
     return [(one.first, one.stop)] if one.kind == "shock" else _calm(parts, one)
 
 
-def _row(run: _Run, cells: Cells, parts: Sequence[Part], i: int) -> dict[str, Cell]:
+def _row(run: _LevelRun, cells: Cells, parts: Sequence[RecordPart], i: int) -> dict[str, Cell]:
     """Return when a part is, with peak and rms of each channel, of vibration without shocks."""
     one, seconds = parts[i], cells.seconds
     chosen = [np.arange(a, b) for a, b in _cells_in(parts, one)]
@@ -146,7 +146,7 @@ def _row(run: _Run, cells: Cells, parts: Sequence[Part], i: int) -> dict[str, Ce
 
 
 def _shocks(
-    run: _Run, cells: Cells, parts: Sequence[Part], wanted: Splitting
+    run: _LevelRun, cells: Cells, parts: Sequence[RecordPart], wanted: Splitting
 ) -> Iterator[PartSpectrum]:
     """Yield the shock response spectra of the highest shocks, in order of time."""
     asked = run.result.test.processing.shock or Shock(low=1.0 / wanted.longest, per_octave=6)
@@ -164,7 +164,9 @@ def _shocks(
         yield PartSpectrum(i + 1, parts[i].kind, frequency, maximax)
 
 
-def _vibration(run: _Run, cells: Cells, parts: Sequence[Part]) -> Iterator[PartSpectrum]:
+def _vibration(
+    run: _LevelRun, cells: Cells, parts: Sequence[RecordPart]
+) -> Iterator[PartSpectrum]:
     """Yield the densities of the longest parts of vibration, in order of time."""
     vibration = [i for i, part in enumerate(parts) if part.kind != "shock"]
     longest = sorted(vibration, key=lambda i: parts[i].first - parts[i].stop)
@@ -174,7 +176,9 @@ def _vibration(run: _Run, cells: Cells, parts: Sequence[Part]) -> Iterator[PartS
             yield PartSpectrum(i + 1, parts[i].kind, run.result.spectra.frequency, found)
 
 
-def _density(run: _Run, cells: Cells, pieces: Sequence[tuple[int, int]]) -> FloatArray | None:
+def _density(
+    run: _LevelRun, cells: Cells, pieces: Sequence[tuple[int, int]]
+) -> FloatArray | None:
     """Return the density over pieces of a record; None where none holds a segment."""
     spectra, length = run.result.spectra, cells.length
     total, averages = np.zeros((len(run.names), spectra.frequency.size)), 0
@@ -216,7 +220,7 @@ def _columns(
     return columns
 
 
-def _told(parts: Sequence[Part], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
+def _told(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
     """Yield how to go on, and what has no spectrum."""
     yield (
         "To process a part alone, give a test of the log its times: crop: {from: ... s, "

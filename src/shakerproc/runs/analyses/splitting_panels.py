@@ -8,9 +8,9 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.numerals import numeral
-from shakerproc.runs.analysis import Line, Look, Panel, Scale
+from shakerproc.runs.analysis import Look, Panel, PanelLine, PanelScale
 from shakerproc.spectra.splitting.cells import Cells
-from shakerproc.spectra.splitting.parts import Part
+from shakerproc.spectra.splitting.parts import RecordPart
 
 MOST_DRAWN: Final = 8
 """Spectra in a figure at most."""
@@ -50,7 +50,7 @@ class PartSpectrum:
 
 def panels_of(
     cells: Cells,
-    parts: Sequence[Part],
+    parts: Sequence[RecordPart],
     spectra: Sequence[PartSpectrum],
     names: Sequence[str],
     start: float,
@@ -69,14 +69,14 @@ def panels_of(
 
 
 def _over_time(
-    cells: Cells, parts: Sequence[Part], names: Sequence[str], start: float
+    cells: Cells, parts: Sequence[RecordPart], names: Sequence[str], start: float
 ) -> Panel:
     """Return the rms of every channel over time, with shocks and changes of the level."""
     rms = np.sqrt(cells.mean_square) / STANDARD_GRAVITY
     firsts = np.arange(0, cells.count, -(-cells.count // MOST_POINTS))
     time = (start + firsts * cells.seconds).astype(np.float64)
     lines = [
-        Line(name, time, np.maximum.reduceat(rms[row], firsts), channel=name)
+        PanelLine(name, time, np.maximum.reduceat(rms[row], firsts), channel=name)
         for row, name in enumerate(names)
     ]
     peaks = cells.peak / STANDARD_GRAVITY
@@ -95,8 +95,8 @@ def _over_time(
         "Shocks and changes of the level over time",
         f"Rms in cells of {numeral(1e3 * cells.seconds)} ms, the largest where many share a "
         "point.",
-        Scale("time [s]", logarithmic=False),
-        Scale("acceleration [g]", ends=ends),
+        PanelScale("time [s]", logarithmic=False),
+        PanelScale("acceleration [g]", ends=ends),
         tuple(lines),
     )
 
@@ -116,7 +116,7 @@ def _comb(
     heights: Sequence[float],
     floor_and_span: tuple[float, float],
     look: Look,
-) -> Line:
+) -> PanelLine:
     """Return a line that goes up to each height and down again, below the axis between them.
 
     `floor_and_span` are the low end of the axis and the time that is shown [s].
@@ -124,7 +124,7 @@ def _comb(
     floor, span = floor_and_span
     values = np.array([[0.1 * floor, height, 0.1 * floor] for height in heights])
     aside = STEEP * span * np.arange(3.0)  # not upright: the page draws functions of time
-    return Line(
+    return PanelLine(
         label, (np.array(times)[:, np.newaxis] + aside).ravel(), values.ravel(), look=look
     )
 
@@ -135,10 +135,10 @@ def _vibration(spectra: Sequence[PartSpectrum], names: Sequence[str], row: int) 
         "splitting_densities",
         f"Density of {names[row]} in parts of vibration",
         "Without the shocks in them." + _more(spectra),
-        Scale("frequency [Hz]"),
-        Scale("density [g²/Hz]"),
+        PanelScale("frequency [Hz]"),
+        PanelScale("density [g²/Hz]"),
         tuple(
-            Line(f"part {one.number}, {one.kind}", one.frequency[1:],
+            PanelLine(f"part {one.number}, {one.kind}", one.frequency[1:],
                  one.values[row, 1:] / STANDARD_GRAVITY**2, style=i)
             for i, one in enumerate(longest)
         ),
@@ -150,16 +150,16 @@ def _shocks(spectra: Sequence[PartSpectrum], names: Sequence[str], row: int) -> 
     values = np.array([one.values[row] for one in spectra]) / STANDARD_GRAVITY
     order = np.argsort(-values.max(axis=1), kind="stable")[:MOST_DRAWN]
     lines = [
-        Line(f"part {spectra[k].number}", frequency, values[k], style=i)
+        PanelLine(f"part {spectra[k].number}", frequency, values[k], style=i)
         for i, k in enumerate(sorted(order))
     ]
-    lines.append(Line("all shocks", frequency, values.max(axis=0), look="demand"))
+    lines.append(PanelLine("all shocks", frequency, values.max(axis=0), look="demand"))
     return Panel(
         "splitting_shocks",
         f"Shock response of {names[row]}, maximax of the absolute acceleration",
         "Dashed: the highest of all shocks." + _more(spectra),
-        Scale("natural frequency [Hz]"),
-        Scale("acceleration [g]"),
+        PanelScale("natural frequency [Hz]"),
+        PanelScale("acceleration [g]"),
         tuple(lines),
     )
 

@@ -63,7 +63,7 @@ def _control_unit(result: RunResult) -> str:
 def _row(
     tones: MixedTones, k: int, demanded: DemandedTone | None, factor: float, unit: str
 ) -> dict[str, Cell]:
-    """Return what is known of a tone, beside what the log demands of it."""
+    """Return the numbers of a tone, beside its demand in the log."""
     frequency, amplitude = float(tones.frequency[k]), float(abs(tones.control[k]))
     parts = np.abs(tones.parts[:, k]) * factor
     level = None if demanded is None else demanded.level
@@ -108,7 +108,7 @@ def _told(rows: Sequence[dict[str, Cell]], unit: str) -> str:
 
 
 def _missed(row: dict[str, Cell], unit: str) -> str:
-    """Return what is said of a tone that misses its demand; empty where it does not."""
+    """Return the message on a tone that misses its demand; empty where it does not."""
     if row["kept"] is None or row["kept"]:
         return ""
     said = f"the tone demanded at {row['demanded_hz']:g} Hz"

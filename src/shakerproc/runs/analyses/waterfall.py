@@ -8,7 +8,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.base import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Line, Panel, Scale
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.welch.spectrograms import spectrogram
@@ -140,9 +140,9 @@ def _panel(
         f"waterfall_{i + 1}", f"Waterfall of {channel.name}",
         f"Amplitude spectra rise from their {label.split(' ', maxsplit=1)[0]}; the highest is "
         f"{numeral(largest * factor)} {unit}.",
-        Scale("frequency [Hz]", logarithmic=False), Scale(label, logarithmic=False),
+        PanelScale("frequency [Hz]", logarithmic=False), PanelScale(label, logarithmic=False),
         tuple(
-            Line("", frequency[starts], at + shown[:, k])  # all solid, of one colour
+            PanelLine("", frequency[starts], at + shown[:, k])  # all solid, of one colour
             for k, at in enumerate(place)
             if np.isfinite(at)
         ),

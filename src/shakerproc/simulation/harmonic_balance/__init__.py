@@ -4,7 +4,7 @@ from shakerproc.simulation.harmonic_balance.agreement import difference_from_sim
 from shakerproc.simulation.harmonic_balance.backbone import Backbone, backbone
 from shakerproc.simulation.harmonic_balance.branch import (
     Branch,
-    Mark,
+    BranchMark,
     samples_of_branch,
     sharpened,
 )
@@ -29,7 +29,7 @@ from shakerproc.simulation.harmonic_balance.switching import branch_off, branche
 __all__ = [
     "Backbone",
     "Branch",
-    "Mark",
+    "BranchMark",
     "Notable",
     "Response",
     "backbone",

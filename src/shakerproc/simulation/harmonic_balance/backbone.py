@@ -17,10 +17,10 @@ from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.continuation import Steps, Trace, follow
+from shakerproc.simulation.harmonic_balance.continuation import StepSizes, Trace, follow
 from shakerproc.simulation.harmonic_balance.curves import motion_weights
 from shakerproc.simulation.harmonic_balance.from_model import system_of_model
-from shakerproc.simulation.harmonic_balance.laws import AbstractLaw, Motion
+from shakerproc.simulation.harmonic_balance.laws import AbstractLaw, HarmonicMotion
 from shakerproc.simulation.harmonic_balance.system import PeriodicSystem
 
 
@@ -106,7 +106,7 @@ def backbone(
     *,
     mode: int = 1,
     harmonics: int = 31,
-    steps: Steps | None = None,
+    steps: StepSizes | None = None,
 ) -> Backbone:
     """Return the free motion of a mode at every size.
 
@@ -120,7 +120,7 @@ def backbone(
         Number of the mode at the largest amplitude, from 1.
     harmonics : int
         Highest harmonic.
-    steps : Steps, optional
+    steps : StepSizes, optional
         How the curve is followed.
 
     Returns
@@ -156,7 +156,7 @@ def backbone(
             f"{model.title}: no free motion of {amplitude[1]:g} m in mode {mode} was found. "
             f"Ask for a larger amplitude."
         )
-    trace = follow(curve, found, -found, _until(balance, amplitude), steps or Steps())
+    trace = follow(curve, found, -found, _until(balance, amplitude), steps or StepSizes())
     return _backbone_of_trace(balance, trace, amplitude)
 
 
@@ -194,7 +194,7 @@ def _felt(law: AbstractLaw, amplitude: float, omega: float) -> float:
     """Return the stiffness that a harmonic motion feels [N/m]."""
     if amplitude == 0.0:
         return 0.0
-    motion = Motion(np.array([0.0, amplitude], np.complex128), np.arange(2), omega)
+    motion = HarmonicMotion(np.array([0.0, amplitude], np.complex128), np.arange(2), omega)
     return float(law.balance(motion).force[1] / amplitude)
 
 

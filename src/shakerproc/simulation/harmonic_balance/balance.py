@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.laws import Motion
+from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.harmonic_balance.system import Coupling, PeriodicSystem
 from shakerproc.simulation.kernels.harmonic_fourier import Harmonics
 
@@ -114,7 +114,9 @@ class HarmonicBalance:
         rows = unknowns.reshape(self.system.n_dofs, self.n_real)
         return np.array([fourier.complex_of_real(row, self.harmonics) for row in rows])
 
-    def motions(self, unknowns: FloatArray, omega: float) -> Iterator[tuple[Coupling, Motion]]:
+    def motions(
+        self, unknowns: FloatArray, omega: float
+    ) -> Iterator[tuple[Coupling, HarmonicMotion]]:
         """Yield every coupling with the motion along it.
 
         `unknowns` are in [m], `omega` in [rad/s].
@@ -122,7 +124,7 @@ class HarmonicBalance:
         rows = unknowns.reshape(self.system.n_dofs, self.n_real)
         for coupling in self.system.couplings:
             along = fourier.complex_of_real(coupling.direction @ rows, self.harmonics)
-            yield coupling, Motion(along, self.harmonics, omega)
+            yield coupling, HarmonicMotion(along, self.harmonics, omega)
 
     def linear_matrix(self, omega: float) -> FloatArray:
         """Return the dynamic stiffness without the couplings [N/m]."""
@@ -130,7 +132,7 @@ class HarmonicBalance:
         return stiffness + omega * damping - omega**2 * mass
 
     def residual(self, unknowns: FloatArray, omega: float, growth: float = 0.0) -> Residual:
-        """Return what is left of the equations of motion.
+        """Return the residual of the equations of motion.
 
         Parameters
         ----------
@@ -166,7 +168,7 @@ class HarmonicBalance:
 
     @cached_property
     def _joints(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-        """What dry friction needs of the joints.
+        """Data of the joints for dry friction.
 
         Matrices from all unknowns to the forces that the joints are asked for and to their
         velocities at a rate of 1, back from the forces of the joints, and the push of the
@@ -202,7 +204,7 @@ class HarmonicBalance:
             along = fourier.complex_of_real(joint.direction @ rows, self.harmonics)
             found = joint.law.limited(
                 fourier.complex_of_real(wish[part], self.harmonics),
-                Motion(along, self.harmonics, omega),
+                HarmonicMotion(along, self.harmonics, omega),
             )
             force[part] = found.force
             by[part] = found.by_wish @ wish_by[part] + omega * found.by_velocity @ rate[part]

@@ -24,7 +24,7 @@ NEUTRAL = 1e-6
 
 @final
 @dataclass(frozen=True, slots=True)
-class Mark:
+class BranchMark:
     """A point at which the branch folds or stability changes.
 
     Attributes
@@ -60,7 +60,7 @@ class Branch:
     stable : (n_points,) array of bool
         Whether the motion attracts its neighbours; with a memory, whether it lies outside the
         folds.
-    marks : tuple of Mark
+    marks : tuple of BranchMark
         Folds and changes of stability, in order.
     ended : str
         Why the branch ends, for people.
@@ -71,7 +71,7 @@ class Branch:
     unknowns: FloatArray
     multipliers: ComplexArray
     stable: NDArray[np.bool_]
-    marks: tuple[Mark, ...]
+    marks: tuple[BranchMark, ...]
     ended: str
 
     @property
@@ -211,16 +211,18 @@ def _with_folds(curve: ForcedCurve, trace: Trace) -> tuple[FloatArray, list[int]
     return np.array(points), folds
 
 
-def _marks(frequency: FloatArray, found: ComplexArray, folds: list[int]) -> tuple[Mark, ...]:
+def _marks(
+    frequency: FloatArray, found: ComplexArray, folds: list[int]
+) -> tuple[BranchMark, ...]:
     """Return the folds, and the points after which other multipliers have left the circle."""
-    marks = [Mark(index, "fold", float(frequency[index])) for index in folds]
+    marks = [BranchMark(index, "fold", float(frequency[index])) for index in folds]
     counts = np.sum(np.abs(found) > 1.0 + NEUTRAL, axis=1)
     for i in np.flatnonzero(np.diff(counts)):
         near_fold = any(i <= fold <= i + 1 for fold in folds)
         kind, share = _crossing(found[i], found[i + 1])
         if not (near_fold and kind == "branch point"):
             between = frequency[i] + share * (frequency[i + 1] - frequency[i])
-            marks.append(Mark(int(i) + 1, kind, float(between)))
+            marks.append(BranchMark(int(i) + 1, kind, float(between)))
     return tuple(sorted(marks, key=lambda mark: mark.index))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 
 
-class Curve(Protocol):
+class ContinuedCurve(Protocol):
     """The equations of a curve."""
 
     def evaluate(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -34,7 +34,7 @@ class Curve(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True)
-class Steps:
+class StepSizes:
     """How a curve is followed.
 
     Attributes
@@ -70,7 +70,7 @@ class Steps:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class CurvePlace:
     """A point of the curve with its tangent in the local scale and the step behind it."""
 
     point: FloatArray
@@ -82,7 +82,7 @@ class Place:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """What was followed.
+    """Curve that was followed.
 
     Attributes
     ----------
@@ -100,17 +100,17 @@ class Trace:
 
 
 def follow(
-    curve: Curve,
+    curve: ContinuedCurve,
     start: FloatArray,
     towards: FloatArray,
     stop: Callable[[FloatArray, FloatArray], str],
-    steps: Steps,
+    steps: StepSizes,
 ) -> Trace:
     """Return the curve from a solution on.
 
     Parameters
     ----------
-    curve : Curve
+    curve : ContinuedCurve
         The equations.
     start : (n + 1,) array
         A solution [units of the unknowns].
@@ -119,7 +119,7 @@ def follow(
     stop : function
         Previous and new point to why the curve ends at the new one; empty to go on
         [units of the unknowns].
-    steps : Steps
+    steps : StepSizes
         How to follow it.
     """
     place = _set_out(curve, start, towards)
@@ -148,7 +148,7 @@ def follow(
 
 
 def refine(
-    curve: Curve, before: FloatArray, after: FloatArray, unknown: int
+    curve: ContinuedCurve, before: FloatArray, after: FloatArray, unknown: int
 ) -> FloatArray | None:
     """Return the fold between two points: where the tangent has no share of an unknown.
 
@@ -187,7 +187,7 @@ def refine(
 
 
 def correct(
-    curve: Curve,
+    curve: ContinuedCurve,
     guess: FloatArray,
     tangent: FloatArray,
     weights: FloatArray,
@@ -197,7 +197,7 @@ def correct(
 
     Parameters
     ----------
-    curve : Curve
+    curve : ContinuedCurve
         The equations.
     guess : (n + 1,) array
         Where to begin [units of the unknowns].
@@ -239,15 +239,17 @@ def correct(
     return None
 
 
-def _set_out(curve: Curve, start: FloatArray, towards: FloatArray) -> Place:
+def _set_out(curve: ContinuedCurve, start: FloatArray, towards: FloatArray) -> CurvePlace:
     weights = curve.weights(start)
     _, derivative = curve.evaluate(start)
     _, _, right = np.linalg.svd(derivative / weights)
     tangent = right[-1] * np.sign(right[-1] @ (towards * weights) or 1.0)
-    return Place(start, tangent, np.zeros_like(tangent), 0.0)
+    return CurvePlace(start, tangent, np.zeros_like(tangent), 0.0)
 
 
-def _advance(curve: Curve, place: Place, length: float, steps: Steps) -> Place | None:
+def _advance(
+    curve: ContinuedCurve, place: CurvePlace, length: float, steps: StepSizes
+) -> CurvePlace | None:
     """Return the next place, with the miss of its prediction in the room of its bend."""
     weights = curve.weights(place.point)
     ahead = length * place.tangent + 0.5 * length**2 * place.bend
@@ -262,10 +264,12 @@ def _advance(curve: Curve, place: Place, length: float, steps: Steps) -> Place |
         return None
     if float(np.linalg.norm(missed)) > 5.0 * steps.miss:
         return None
-    return Place(point, tangent, missed, length)
+    return CurvePlace(point, tangent, missed, length)
 
 
-def _with_bend(curve: Curve, previous: Place, following: Place) -> Place:
+def _with_bend(
+    curve: ContinuedCurve, previous: CurvePlace, following: CurvePlace
+) -> CurvePlace:
     """Return a place with its tangent in its own scale and the change of the tangent."""
     scale = curve.weights(following.point) / curve.weights(previous.point)
     tangent = following.tangent * scale

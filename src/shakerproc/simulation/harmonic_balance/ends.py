@@ -19,7 +19,7 @@ CLOSED: Final = "closed on itself"
 def limits(
     curve: ForcedCurve, start: FloatArray, band: tuple[float, float]
 ) -> Callable[[FloatArray, FloatArray], str]:
-    """Return what says when a curve from a start ends.
+    """Return the conditions on which a curve from a start ends.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.laws import Motion
+from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.kernels import harmonic_contact as contact
 
 
@@ -65,17 +65,17 @@ class DryFrictionLaw:
     breakaway_force: float
     stribeck_velocity: float
 
-    def limited(self, wish: ComplexArray, motion: Motion) -> Limited:
+    def limited(self, wish: ComplexArray, motion: HarmonicMotion) -> Limited:
         """Return the force where another is wished for.
 
         Parameters
         ----------
         wish : (n_harmonics,) array
             Coefficients of the force asked for and the push of the velocity [N].
-        motion : Motion
+        motion : HarmonicMotion
             Motion of the joint.
         """
-        asked = Motion(wish, motion.harmonics, motion.omega)
+        asked = HarmonicMotion(wish, motion.harmonics, motion.omega)
         if self.breakaway_force > self.sliding_force:
             return self._falling(asked, motion)
         force, by_wish = contact.piecewise_linear_balance(
@@ -88,7 +88,7 @@ class DryFrictionLaw:
         limit = np.array([-1.0, 1.0]) * self.sliding_force
         return limit, np.array([0.0, 1.0, 0.0]), np.array([limit[0], 0.0, limit[1]])
 
-    def _falling(self, asked: Motion, motion: Motion) -> Limited:
+    def _falling(self, asked: HarmonicMotion, motion: HarmonicMotion) -> Limited:
         n_samples = 2 ** int(np.ceil(np.log2(max(512, 16 * int(motion.harmonics[-1])))))
         wish = asked.sampled(n_samples)[0]
         velocity = motion.omega * motion.sampled(n_samples)[1]
@@ -106,5 +106,5 @@ class DryFrictionLaw:
         )
 
 
-def _product(factor: FloatArray, motion: Motion) -> FloatArray:
+def _product(factor: FloatArray, motion: HarmonicMotion) -> FloatArray:
     return fourier.multiplication(np.fft.rfft(factor) / factor.size, motion.harmonics)

@@ -1,4 +1,4 @@
-"""What sensors show of periodic motions: harmonics, peaks, and a table of a whole response."""
+"""Sensors under periodic motions: harmonics, peaks, and a table of a whole response."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -12,7 +12,7 @@ from shakerproc.errors import ModelError, SimulationError
 from shakerproc.models import Model
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulation.harmonic_balance.branch import Branch, branch_of_trace, joined
-from shakerproc.simulation.harmonic_balance.continuation import Steps, follow
+from shakerproc.simulation.harmonic_balance.continuation import StepSizes, follow
 from shakerproc.simulation.harmonic_balance.curves import ForcedCurve
 from shakerproc.simulation.harmonic_balance.ends import CLOSED, LOST, end_of_trace, limits
 from shakerproc.simulation.harmonic_balance.from_model import system_of_model
@@ -53,7 +53,7 @@ class Response:
 
     @property
     def not_followed(self) -> tuple[str, ...]:
-        """What else there may be or must be, a sentence each.
+        """Curves that may or must exist besides, a sentence each.
 
         Motions of a mass that something holds come in odd numbers at every frequency but the
         folds, so that an even number at an end of the band lacks one.
@@ -93,7 +93,7 @@ def frequency_response(
     from_hz: float,
     to_hz: float,
     harmonics: int = 31,
-    steps: Steps | None = None,
+    steps: StepSizes | None = None,
 ) -> Response:
     """Return the periodic motions of a model against frequency, stable and unstable.
 
@@ -110,7 +110,7 @@ def frequency_response(
     harmonics : int
         Highest harmonic. Where the forces are odd, only odd harmonics are carried: the motion
         has no others, and a loss of that symmetry shows as a branch point.
-    steps : Steps, optional
+    steps : StepSizes, optional
         How the curve is followed.
 
     Returns
@@ -157,7 +157,7 @@ def frequency_response(
 
 
 def _branches(
-    balance: HarmonicBalance, band: tuple[float, float], steps: Steps
+    balance: HarmonicBalance, band: tuple[float, float], steps: StepSizes
 ) -> list[Branch]:
     """Return the branches of a band."""
     if is_linear(balance.system):
@@ -189,10 +189,10 @@ def _check_size(balance: HarmonicBalance, title: str) -> None:
         )
 
 
-def _steps(balance: HarmonicBalance) -> Steps:
+def _steps(balance: HarmonicBalance) -> StepSizes:
     """Return how a curve is followed: less strictly where the force is only sampled."""
     sampled = balance.system.remembers or bool(balance.system.frictions)
-    return Steps(tolerance=1e-6, shortest=1e-4) if sampled else Steps()
+    return StepSizes(tolerance=1e-6, shortest=1e-4) if sampled else StepSizes()
 
 
 def balance_of_system(
@@ -221,7 +221,7 @@ def follow_branch(
     start: FloatArray,
     towards: FloatArray,
     band: tuple[float, float],
-    steps: Steps,
+    steps: StepSizes,
 ) -> Branch:
     """Return the branch from a solution on until it leaves a band or touches nothing.
 
@@ -235,7 +235,7 @@ def follow_branch(
         Direction to set out in [m, rad/s].
     band : tuple of float
         Frequencies of the excitation [Hz].
-    steps : Steps
+    steps : StepSizes
         How the curve is followed.
     """
     curve = ForcedCurve(balance)
@@ -257,7 +257,7 @@ def _branch_through(
     balance: HarmonicBalance,
     frequency: float,
     band: tuple[float, float],
-    steps: Steps,
+    steps: StepSizes,
     known: list[Branch],
 ) -> Branch | None:
     """Return the branch through a solution at a frequency; None if there is none, or known."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.continuation import Steps, follow
+from shakerproc.simulation.harmonic_balance.continuation import StepSizes, follow
 from shakerproc.simulation.harmonic_balance.curves import WayFromLinear
 from shakerproc.simulation.harmonic_balance.laws import PiecewiseLinearLaw
 
@@ -28,7 +28,7 @@ def solve_at(balance: HarmonicBalance, frequency: float) -> FloatArray | None:
         np.append(linear, 0.0),
         towards,
         lambda _, point: "" if -0.1 < point[-1] < 1.0 else "stopped",
-        Steps(first=0.1, miss=0.1, turn=0.6, most=300),
+        StepSizes(first=0.1, miss=0.1, turn=0.6, most=300),
     )
     if trace.points[-1, -1] < 1.0:
         return None

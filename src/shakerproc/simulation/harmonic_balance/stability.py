@@ -4,7 +4,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.laws import Motion
+from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.harmonic_balance.system import Coupling
 from shakerproc.simulation.kernels.harmonic_monodromy import propagate
 
@@ -12,7 +12,7 @@ GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6.0
 
 
 def monodromy(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> FloatArray:
-    r"""Return what one period makes of a small disturbance of displacements and velocities.
+    r"""Return the monodromy matrix: one period of a small disturbance of motion.
 
     Between switches of the laws the disturbance obeys a linear equation, with constant matrices
     where the laws are piecewise linear; there the propagator is a matrix exponential. Where the
@@ -62,7 +62,7 @@ def multipliers(monodromies: FloatArray) -> ComplexArray:
 
 def _edges(
     balance: HarmonicBalance,
-    moving: tuple[tuple[Coupling, Motion], ...],
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
     switches: list[FloatArray],
 ) -> FloatArray:
     """Return the angles between spans."""
@@ -74,7 +74,9 @@ def _edges(
 
 
 def _gauss_rates(
-    balance: HarmonicBalance, moving: tuple[tuple[Coupling, Motion], ...], edges: FloatArray
+    balance: HarmonicBalance,
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
+    edges: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the matrices of the disturbance at the two Gauss points of each span."""
     if any(coupling.law.varies for coupling, _ in moving):
@@ -86,7 +88,7 @@ def _gauss_rates(
 
 def _rates(
     balance: HarmonicBalance,
-    moving: tuple[tuple[Coupling, Motion], ...],
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
     edges: FloatArray,
     share: float,
 ) -> FloatArray:
@@ -110,11 +112,11 @@ def _rates(
 
 def _jumps(
     balance: HarmonicBalance,
-    moving: tuple[tuple[Coupling, Motion], ...],
+    moving: tuple[tuple[Coupling, HarmonicMotion], ...],
     switches: list[tuple[FloatArray, FloatArray]],
     edges: FloatArray,
 ) -> FloatArray:
-    """Return what happens at the end of each span, (n_spans, 2n, 2n) array."""
+    """Return the jump of a disturbance at the end of each span, (n_spans, 2n, 2n) array."""
     n = balance.system.n_dofs
     jumps = np.zeros((edges.size - 1, 2 * n, 2 * n))
     jumps[:] = np.eye(2 * n)

@@ -8,7 +8,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance.backbone import Backbone, backbone
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulation.harmonic_balance.branch import Branch, joined, samples_of_branch
-from shakerproc.simulation.harmonic_balance.continuation import Steps
+from shakerproc.simulation.harmonic_balance.continuation import StepSizes
 from shakerproc.simulation.harmonic_balance.ends import CLOSED
 from shakerproc.simulation.harmonic_balance.response import (
     Response,
@@ -22,7 +22,7 @@ FREQUENCIES, PHASES = 10, 8
 
 
 def subharmonic_branches(
-    response: Response, order: int, *, harmonics: int = 15, steps: Steps | None = None
+    response: Response, order: int, *, harmonics: int = 15, steps: StepSizes | None = None
 ) -> tuple[Branch, ...]:
     """Return the branches of motions that repeat every so many periods of the excitation.
 
@@ -37,7 +37,7 @@ def subharmonic_branches(
         Periods of the excitation after which the motion repeats, 2 or more.
     harmonics : int
         Highest harmonic of the excitation that is carried.
-    steps : Steps, optional
+    steps : StepSizes, optional
         How the curve is followed.
 
     Returns
@@ -55,7 +55,7 @@ def subharmonic_branches(
     balance = balance_of_system(response.branches[0].balance.system, harmonics, order)
     largest = max(float(np.max(np.abs(samples_of_branch(b, 256)))) for b in response.branches)
     free = backbone(response.model, (1e-3 * largest, 2.0 * largest), harmonics=harmonics)
-    chosen = steps or Steps(most=600)
+    chosen = steps or StepSizes(most=600)
     branches: list[Branch] = []
     for guess, omega in _guesses(balance, free, response.band):
         frequency = omega * order / (2.0 * np.pi)
@@ -73,7 +73,7 @@ def _own_share(balance: HarmonicBalance, unknowns: FloatArray) -> float:
 
 
 def _both_ways(
-    balance: HarmonicBalance, start: FloatArray, band: tuple[float, float], steps: Steps
+    balance: HarmonicBalance, start: FloatArray, band: tuple[float, float], steps: StepSizes
 ) -> Branch:
     towards = np.zeros(start.size)
     towards[-1] = 1.0

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.branch import Branch, Mark, branch_of_trace
-from shakerproc.simulation.harmonic_balance.continuation import Steps, correct, follow
+from shakerproc.simulation.harmonic_balance.branch import Branch, BranchMark, branch_of_trace
+from shakerproc.simulation.harmonic_balance.continuation import StepSizes, correct, follow
 from shakerproc.simulation.harmonic_balance.curves import ForcedCurve
 from shakerproc.simulation.harmonic_balance.ends import end_of_trace, limits
 
@@ -15,7 +15,7 @@ STARTS = (0.03, 0.1, 0.01)
 
 
 def branch_off(
-    branch: Branch, mark: Mark, band: tuple[float, float], steps: Steps | None = None
+    branch: Branch, mark: BranchMark, band: tuple[float, float], steps: StepSizes | None = None
 ) -> Branch | None:
     """Return the branch that leaves another at a mark.
 
@@ -26,11 +26,11 @@ def branch_off(
     ----------
     branch : Branch
         The known branch.
-    mark : Mark
+    mark : BranchMark
         A period doubling or branch point on it.
     band : tuple of float
         Frequencies of the excitation [Hz].
-    steps : Steps, optional
+    steps : StepSizes, optional
         How the curve is followed.
 
     Returns
@@ -56,12 +56,14 @@ def branch_off(
             found = correct(curve, guess, direction, weights, 1e-9)
             if found is not None and _share(curve, found[0], new) > 0.3 * share:
                 towards = direction / weights
-                return _follow(curve, (found[0], towards), new, band, steps or Steps(most=600))
+                return _follow(
+                    curve, (found[0], towards), new, band, steps or StepSizes(most=600)
+                )
     return None
 
 
 def branches_off(
-    branch: Branch, band: tuple[float, float], steps: Steps | None = None
+    branch: Branch, band: tuple[float, float], steps: StepSizes | None = None
 ) -> tuple[Branch, ...]:
     """Return every branch that leaves another, each once.
 
@@ -71,7 +73,7 @@ def branches_off(
         The known branch, its marks sharpened.
     band : tuple of float
         Frequencies of the excitation [Hz].
-    steps : Steps, optional
+    steps : StepSizes, optional
         How the curves are followed.
     """
     found: list[Branch] = []
@@ -119,7 +121,7 @@ def _follow(
     start: tuple[FloatArray, FloatArray],
     new: NDArray[np.bool_],
     band: tuple[float, float],
-    steps: Steps,
+    steps: StepSizes,
 ) -> Branch:
     """Return the branch from a point in a direction until its own harmonics fade."""
     least = 0.5 * _share(curve, start[0], new)

@@ -5,13 +5,13 @@ from shakerproc.spectra.decays.free_part import free_start
 from shakerproc.spectra.decays.line import DecayLine
 from shakerproc.spectra.decays.lines import decay_lines
 from shakerproc.spectra.decays.reading import Reading
-from shakerproc.spectra.decays.trend import Trend, at_amplitudes, trend_of
+from shakerproc.spectra.decays.trend import DecayTrend, at_amplitudes, trend_of
 
 __all__ = [
     "DecayCurve",
     "DecayLine",
+    "DecayTrend",
     "Reading",
-    "Trend",
     "at_amplitudes",
     "decay_curve",
     "decay_lines",

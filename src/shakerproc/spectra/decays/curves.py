@@ -10,7 +10,7 @@ from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.spectra.decays.crossings import LEAST_INDEPENDENT, chart_of, read_chart
 from shakerproc.spectra.decays.isolation import (
-    Envelope,
+    DecayEnvelope,
     envelope_of,
     filter_length,
     largest_rise,
@@ -108,7 +108,7 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
     return DecayCurve(line, tuple(fitted), tuple(charted), problem, envelope.reach, rises)
 
 
-def _stretches(envelope: Envelope, least: float) -> Iterator[tuple[float, float]]:
+def _stretches(envelope: DecayEnvelope, least: float) -> Iterator[tuple[float, float]]:
     """Yield stretches over which the amplitude falls to `FALL`, each half over the last.
 
     None is shorter than `least` [s]. An amplitude that comes back, as of two modes that beat,

@@ -41,7 +41,7 @@ ORDER: Final = 6
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Envelope:
+class DecayEnvelope:
     """A mode in a frame that turns with its frequency.
 
     Attributes
@@ -93,7 +93,7 @@ def filter_length(line: DecayLine) -> float:
     return float((attenuation - 7.95) / (2.285 * 2.0 * np.pi * (STOP - PASS) * line.apart))
 
 
-def envelope_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> Envelope:
+def envelope_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> DecayEnvelope:
     """Return a mode in its own frame, by a finite low-pass after its phase is turned back.
 
     Parameters
@@ -119,13 +119,13 @@ def envelope_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> Env
     step = max(round(np.sum(taps) ** 2 / np.sum(taps**2)), 1)
     frame = (step / sample_rate, line.frequency, PASS * line.apart)
     if samples.size < length:
-        return Envelope(np.zeros(0), np.zeros(0, complex), *frame)
+        return DecayEnvelope(np.zeros(0), np.zeros(0, complex), *frame)
     turned = samples * np.exp(
         -2j * np.pi * line.frequency / sample_rate * np.arange(samples.size)
     )
     values = scipy.signal.oaconvolve(turned, taps, mode="valid")[::step]
     time = (0.5 * (length - 1) + step * np.arange(values.size)) / sample_rate
-    return Envelope(np.asarray(time, float), np.asarray(2.0 * values, complex), *frame)
+    return DecayEnvelope(np.asarray(time, float), np.asarray(2.0 * values, complex), *frame)
 
 
 def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> Oscillation:

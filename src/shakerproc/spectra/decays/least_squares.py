@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 import scipy  # its parts load when they are first used
 
-from shakerproc.spectra.decays.isolation import Envelope
+from shakerproc.spectra.decays.isolation import DecayEnvelope
 from shakerproc.spectra.decays.reading import (
     Reading,
     reading_of,
@@ -20,7 +20,7 @@ STEPS: Final = 8
 """Steps of Gauss and Newton; from the parabolas they converge in three to five [-]."""
 
 
-def read_envelope(envelope: Envelope, start: float, stop: float) -> Reading | None:
+def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> Reading | None:
     r"""Return frequency and damping of a stretch by least squares.
 
     .. math:: z(t) = e^{a + p t + q t^2}
@@ -32,7 +32,7 @@ def read_envelope(envelope: Envelope, start: float, stop: float) -> Reading | No
 
     Parameters
     ----------
-    envelope : Envelope
+    envelope : DecayEnvelope
         Of the mode.
     start, stop : float
         The stretch [s].

@@ -1,4 +1,4 @@
-"""What a stretch of a decay tells: frequency, damping and amplitude, each with its limits."""
+"""Frequency, damping and amplitude of a stretch of a decay, each with its limits."""
 
 from dataclasses import dataclass
 from typing import final
@@ -66,7 +66,7 @@ def reading_of(
 
 
 def within_stretch(rate: float, bend: float) -> float:
-    r"""Return what a change within a stretch may add to a slope at its middle [rad/s].
+    r"""Return the slope that a change within a stretch may add at its middle [rad/s].
 
     A parabola leaves the cubic part :math:`a_3 t^3`, which adds :math:`3/5\, a_3 T^2` to the
     slope of a stretch from -T to T. Where the slope changes as amplitude to the power n, and

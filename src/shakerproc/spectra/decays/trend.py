@@ -36,7 +36,7 @@ smooth curves are known no better."""
 
 @final
 @dataclass(frozen=True, slots=True)
-class Trend:
+class DecayTrend:
     """How a mode depends on its amplitude.
 
     Attributes
@@ -61,7 +61,7 @@ class Trend:
     law: int
 
 
-def trend_of(readings: Sequence[Reading], beside: Sequence[Reading] = ()) -> Trend | None:
+def trend_of(readings: Sequence[Reading], beside: Sequence[Reading] = ()) -> DecayTrend | None:
     """Return how a mode depends on its amplitude; None where too few readings tell.
 
     Parameters
@@ -88,7 +88,7 @@ def trend_of(readings: Sequence[Reading], beside: Sequence[Reading] = ()) -> Tre
         damping, damping_error = damping - base.damping, damping_error + base.damping_error
     damps = _changes(damping, damping_error)
     errors = np.hypot(damping_error, floor)
-    return Trend(
+    return DecayTrend(
         shift=float(frequency[0] / frequency[-1] - 1.0),
         shifts=_changes(frequency, frequency_error),
         exponent=exponent,
@@ -120,7 +120,7 @@ class Curve:
 
 
 def at_amplitudes(readings: Sequence[Reading], amplitudes: Sequence[float]) -> Curve:
-    """Return what readings say at amplitudes between their smallest and their largest.
+    """Return the readings at amplitudes between their smallest and their largest.
 
     `amplitudes` are in the unit of the readings.
     """

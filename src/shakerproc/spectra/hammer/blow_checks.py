@@ -7,7 +7,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
-from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Cut, Setup
+from shakerproc.spectra.hammer.blows import LEAST_QUIET, BlockCut, Blow, Setup
 from shakerproc.spectra.hammer.strikes import LOUD, SAME_BLOW
 
 RISE: Final = 6.0
@@ -28,7 +28,7 @@ ALARMS: Final = 1000
 
 
 def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
-    """Return what a blow is, and why it cannot be used.
+    """Return the judgement of a blow, and the reason where it cannot be used.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
     )
 
 
-def incomplete(sample: int, cut: Cut, n_samples: int) -> str:
+def incomplete(sample: int, cut: BlockCut, n_samples: int) -> str:
     """Return why the recording does not hold the block of a blow; empty where it does."""
     if sample < cut.before:
         there, wanted = sample / cut.sample_rate, cut.before / cut.sample_rate
@@ -108,7 +108,7 @@ def _pulse(force: FloatArray, setup: Setup) -> slice:
 
 
 def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
-    """Return what strikes beside the blow within its block; empty where nothing does."""
+    """Return the message on a second strike within a block; empty where there is none."""
     peak = float(force[pulse].max())
     low = max(SECOND * peak, LOUD * setup.strikes.noise)
     for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
@@ -134,7 +134,7 @@ def _overload(block: FloatArray, setup: Setup) -> str:
 
 
 def _left(row: FloatArray, begins: int, quiet: int, rest: float) -> float | None:
-    """Return what is left of a response at the end; None where it does not respond.
+    """Return the share of a response left at the end [-]; None where it does not respond.
 
     It responds where it rises above its motion before the blow. It may where that is more than
     its noise at rest (F test of two variances): what rings of earlier blows hides the answer to

@@ -22,7 +22,7 @@ of eight is known to a quarter, 1/sqrt(2 (n - 1)), the one of two to nothing."""
 
 @final
 @dataclass(frozen=True, slots=True)
-class Cut:
+class BlockCut:
     """How a block is cut around a blow and windowed.
 
     Attributes
@@ -65,7 +65,7 @@ class Cut:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """What is known of a whole hammer test, by which each of its blows is judged.
+    """Facts of a whole hammer test, by which each of its blows is judged.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Setup:
         Low and high end of the range of each channel, as `range_ends` [unit of the channel].
     strikes : Strikes
         Where the force strikes.
-    cut : Cut
+    cut : BlockCut
         How blocks are cut.
     rest : (n_channels,) array
         Standard deviation of each channel where it is quietest before a blow, 0 where it is not
@@ -88,7 +88,7 @@ class Setup:
     names: tuple[str, ...]
     ends: FloatArray
     strikes: Strikes
-    cut: Cut
+    cut: BlockCut
     rest: FloatArray
 
 

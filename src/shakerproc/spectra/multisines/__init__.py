@@ -4,7 +4,7 @@ from shakerproc.spectra.multisines.judging import Share, shares_of
 from shakerproc.spectra.multisines.lines import Grid, grid_of
 from shakerproc.spectra.multisines.measuring import LineSpectra, line_spectra
 from shakerproc.spectra.multisines.periods import (
-    Layout,
+    PeriodLayout,
     cut,
     layout_of,
     samples_of_period,
@@ -13,8 +13,8 @@ from shakerproc.spectra.multisines.periods import (
 
 __all__ = [
     "Grid",
-    "Layout",
     "LineSpectra",
+    "PeriodLayout",
     "Share",
     "cut",
     "grid_of",

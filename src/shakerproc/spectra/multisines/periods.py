@@ -30,7 +30,7 @@ ALIKE: Final = 0.99
 
 @final
 @dataclass(frozen=True, slots=True)
-class Layout:
+class PeriodLayout:
     """Where the periods of a multisine lie in a run.
 
     Attributes
@@ -51,7 +51,7 @@ class Layout:
     every: int
     left_out: int = 0
 
-    def without(self, count: int) -> "Layout":
+    def without(self, count: int) -> "PeriodLayout":
         """Return the layout without so many periods at the beginning of each realisation."""
         return replace(self, left_out=count)
 
@@ -64,7 +64,7 @@ def layout_of(
     periods: int | None = None,
     realisations: int = 1,
     every: float | None = None,
-) -> Layout:
+) -> PeriodLayout:
     """Return where the periods of a run lie.
 
     Parameters
@@ -96,7 +96,7 @@ def layout_of(
             f"{needed / sample_rate:.6g} s, and the run has {n_samples / sample_rate:.6g} s; "
             "correct period, periods or realisations under multisine, or the crop"
         )
-    return Layout(n_period, periods, realisations, step)
+    return PeriodLayout(n_period, periods, realisations, step)
 
 
 def samples_of_period(period: float, sample_rate: float) -> int:
@@ -119,14 +119,14 @@ def samples_of_period(period: float, sample_rate: float) -> int:
     return n_period
 
 
-def cut(samples: FloatArray, layout: Layout) -> FloatArray:
+def cut(samples: FloatArray, layout: PeriodLayout) -> FloatArray:
     """Return the periods of a run, (n_channels, n_realisations, n_periods, n_period) array.
 
     Parameters
     ----------
     samples : (n_channels, n_samples) array
         The run, in any unit.
-    layout : Layout
+    layout : PeriodLayout
         Where its periods lie.
     """
     first = layout.left_out * layout.n_period
@@ -157,14 +157,14 @@ def settled(lines: ComplexArray) -> int:
     return int(np.argmin(odd)) if not odd.all() else 0
 
 
-def check_input(samples: FloatArray, layout: Layout, sample_rate: float) -> None:
+def check_input(samples: FloatArray, layout: PeriodLayout, sample_rate: float) -> None:
     """Pass an input that repeats within a realisation and differs between them.
 
     Parameters
     ----------
     samples : (n_samples,) array
         The input of the run, in any unit.
-    layout : Layout
+    layout : PeriodLayout
         Where its periods lie.
     sample_rate : float
         Samples per second [Hz].

@@ -1,4 +1,4 @@
-r"""What chance makes of a response function or density that Welch's method has smeared.
+r"""Scatter of a response function or density that Welch's method has smeared.
 
 Over a steady random run the spectra are averages of the input's fine periodogram
 :math:`I(\nu)`, which scatters about the density of the input. H1 becomes
@@ -205,7 +205,7 @@ def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) ->
 def modelled(
     kind: Kind, nodes: FloatArray, frequency: FloatArray, fit: ModesFit, sample_rate: float
 ) -> ComplexArray:
-    """Return what modes and background are at any frequencies before smearing.
+    """Return the sum of modes and background at any frequencies before smearing.
 
     `nodes` and `frequency` are in [Hz], `sample_rate` too.
     """
@@ -267,7 +267,7 @@ def _nodes(
 
 
 def _noise(missing: FloatArray | None, leaked: FloatArray) -> float:
-    """Return what is left to noise of what the coherence misses, one level for all bins."""
+    """Return the noise in the missing coherence beside leakage, one level for all bins."""
     if missing is None:
         return 0.0
     least = LEAST_NOISE * float(missing.mean())

@@ -222,7 +222,7 @@ def psd_ratio_of_mean(
 def _damping(
     spectra: CrossSpectra, data: PeakData, frequency: float, band: tuple[float, float]
 ) -> Damping:
-    """Return what a fit around a peak says, and what may be said of it."""
+    """Return the damping of a fit around a peak, and the reason where it is withheld."""
     usable = np.isfinite(data.values) & np.isfinite(data.errors) & (data.errors > 0.0)
     usable &= (spectra.frequency >= band[0]) & (spectra.frequency <= band[1])
     usable[[0, -1]] = False

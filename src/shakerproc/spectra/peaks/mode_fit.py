@@ -33,7 +33,7 @@ CLOSE: Final = 1e-4
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ModeShape:
-    """What modes look like in certain bins.
+    """Responses of modes in certain bins.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ def fit_modes(
     ModesFit
         Best fit, in the order of the start.
     """
-    problem = _Problem(shape, values, errors)
+    problem = _FitProblem(shape, values, errors)
     n = frequency.size
     width = shape.sample_rate / shape.n_fft
     start = np.log(np.concatenate([frequency, ratio]))
@@ -190,7 +190,7 @@ def best_ratio(
     ratios: FloatArray,
 ) -> float:
     """Return which of some damping ratios fits one mode best [-]; arguments as `fit_modes`."""
-    problem = _Problem(shape, values, errors)
+    problem = _FitProblem(shape, values, errors)
     residuals = [problem.residual(np.log([frequency, ratio])) for ratio in ratios]
     return float(ratios[int(np.argmin([residual @ residual for residual in residuals]))])
 
@@ -206,7 +206,7 @@ def stacked(values: ComplexArray | FloatArray) -> FloatArray:
 
 
 @final
-class _Problem:
+class _FitProblem:
     """Residuals of the fit for any logarithms of frequencies and damping ratios.
 
     The linear coefficients are solved for at every point (variable projection).

@@ -89,7 +89,7 @@ def fitted_modes(
 
 
 def _kernel(spectra: CrossSpectra) -> AbstractCorrelation:
-    """Return what the averaging multiplies the decay of a mode by."""
+    """Return the correlation of the averaging, which multiplies the decay of a mode."""
     if spectra.decay_rate is not None:
         return DecayCorrelation(spectra.decay_rate / spectra.sample_rate)
     return correlation_of(spectra.window_name, spectra.window)

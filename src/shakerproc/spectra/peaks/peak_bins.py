@@ -35,7 +35,7 @@ MOST_MODES: Final = 6
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class PeakData:
-    """What is fitted: values of every frequency and their standard errors."""
+    """Data of a fit: values of every frequency and their standard errors."""
 
     kind: Kind
     values: ComplexArray | FloatArray

@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """What a record comes to in cells of equal length; the last few samples may make none.
+    """Statistics of a record in cells of equal length; the last few samples may make none.
 
     Attributes
     ----------

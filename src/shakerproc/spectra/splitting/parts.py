@@ -23,7 +23,7 @@ Kind: TypeAlias = Literal["shock", "stationary", "not stationary", "transient"]
 
 @final
 @dataclass(frozen=True, slots=True)
-class Part:
+class RecordPart:
     """One part of a record.
 
     Attributes
@@ -40,7 +40,7 @@ class Part:
     stop: int
 
 
-def split(cells: Cells, rule: ShockRule, *, shortest: float, step: float) -> list[Part]:
+def split(cells: Cells, rule: ShockRule, *, shortest: float, step: float) -> list[RecordPart]:
     """Return the shocks and the parts of vibration of a record, in order of time.
 
     Shocks lie within parts of vibration, which are told without them.
@@ -58,7 +58,7 @@ def split(cells: Cells, rule: ShockRule, *, shortest: float, step: float) -> lis
 
     Returns
     -------
-    list of Part
+    list of RecordPart
         Vibration covers the whole record.
     """
     shocks = shocks_of(cells, rule)
@@ -67,10 +67,10 @@ def split(cells: Cells, rule: ShockRule, *, shortest: float, step: float) -> lis
         calm[first:stop] = False
     ends = _ends(cells, calm, step)
     vibration = [
-        Part(_kind(cells, calm, first, stop, shortest), first, stop)
+        RecordPart(_kind(cells, calm, first, stop, shortest), first, stop)
         for first, stop in pairwise(ends)
     ]
-    found = [*vibration, *(Part("shock", first, stop) for first, stop in shocks)]
+    found = [*vibration, *(RecordPart("shock", first, stop) for first, stop in shocks)]
     return sorted(found, key=lambda part: (part.first, -part.stop))
 
 

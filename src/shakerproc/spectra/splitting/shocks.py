@@ -33,7 +33,7 @@ FAINT: Final = 1e-3
 @final
 @dataclass(frozen=True, slots=True)
 class ShockRule:
-    """What is a shock.
+    """Criterion of a shock.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ It is more than that, since the share of lit segments is skewed.
 
 @final
 @dataclass(frozen=True, slots=True)
-class Line:
+class SpectralLine:
     """A tone in the control that neither random vibration nor a sweep makes.
 
     Attributes
@@ -42,7 +42,7 @@ class Line:
 
 def steady_lines(
     spectra: CrossSpectra, controls: Sequence[int], band: tuple[float, float]
-) -> tuple[Line, ...]:
+) -> tuple[SpectralLine, ...]:
     r"""Return the tones of the mean control, strongest first.
 
     A tone is a peak of the density that chance does not make and whose power is the same in
@@ -62,7 +62,7 @@ def steady_lines(
 
     Returns
     -------
-    tuple of Line
+    tuple of SpectralLine
         Empty where there is no control, or too few segments to tell.
     """
     rows = list(controls)
@@ -74,7 +74,7 @@ def steady_lines(
     most = _most_by_chance(spectra, len(peaks))
     lit = spectra.lit_segments[rows].mean(axis=0)
     total, reach = float(density.sum()), int(NOTCH_BINS)
-    lines: list[Line] = []
+    lines: list[SpectralLine] = []
     leaked = np.zeros(density.shape)
     at = {peak.index: peak for peak in peaks}
     for peak in peaks:
@@ -87,7 +87,7 @@ def steady_lines(
         power = _power_near(density, near)
         if power * _side_lobes(spectra, place)[peak.index] < peak.value:
             place, power = peak.frequency, _power_near(density, peak.index)
-        lines.append(Line(place, power / total))
+        lines.append(SpectralLine(place, power / total))
         leaked += power * _side_lobes(spectra, place)
     return tuple(lines)
 
@@ -114,7 +114,7 @@ def _side_lobes(spectra: CrossSpectra, frequency: float) -> FloatArray:
 
 
 def beside_lines(
-    spectra: CrossSpectra, lines: Sequence[Line], response: int
+    spectra: CrossSpectra, lines: Sequence[SpectralLine], response: int
 ) -> NDArray[np.bool_]:
     """Return which frequencies of a response the lines of the control leave alone.
 
@@ -122,7 +122,7 @@ def beside_lines(
     ----------
     spectra : CrossSpectra
         Matrix of cross spectra.
-    lines : sequence of Line
+    lines : sequence of SpectralLine
         Tones of the control.
     response : int
         Row of the response channel, from 0.
@@ -149,12 +149,12 @@ def _most_by_chance(spectra: CrossSpectra, n_tries: int) -> float:
     return 0.5 * spectra.n_segments * (1.0 + z / float(np.sqrt(spectra.effective_averages)))
 
 
-def power_of(lines: Sequence[Line]) -> float:
+def power_of(lines: Sequence[SpectralLine]) -> float:
     """Return the share of the control's power that lies in its tones [-]."""
     return float(sum(line.share for line in lines))
 
 
-def told(lines: Sequence[Line]) -> str:
+def told(lines: Sequence[SpectralLine]) -> str:
     """Return a sentence for people; empty where there is no tone."""
     if not lines:
         return ""

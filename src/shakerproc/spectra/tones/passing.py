@@ -1,4 +1,4 @@
-r"""What a sweep makes of a resonance that it passes: lower, later and broader than steady.
+r"""A resonance that a sweep passes: lower, later and broader than steady.
 
 Where the frequency of the excitation changes by :math:`\dot f`, a mode with the pole
 :math:`p` answers a sine at :math:`f` not with :math:`1 / (i 2 \pi f - p)` but with

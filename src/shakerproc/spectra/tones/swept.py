@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.tones.tracking import Track, demodulated, track_of
+from shakerproc.spectra.tones.tracking import ToneTrack, demodulated, track_of
 from shakerproc.spectra.welch.ridges import (
     QUIET,
     SampleReader,
@@ -196,7 +196,7 @@ def _covered(sweep: Sweep, other: Sweep) -> np.ndarray:
 
 
 def _by_frequency(sweep: Sweep) -> Sweep:
-    """Return the same points by rising frequency."""
+    """Return the points by rising frequency."""
     return _selected(sweep, np.argsort(sweep.frequency, kind="stable"))
 
 
@@ -230,7 +230,7 @@ def _reader(
     return samples, n_samples
 
 
-def _windows(track: Track) -> tuple[FloatArray, FloatArray]:
+def _windows(track: ToneTrack) -> tuple[FloatArray, FloatArray]:
     """Return the phase in the middle of each window and its number of periods."""
     slope = np.abs(np.gradient(track.omega, track.position))
     smooth = np.interp(track.phase, *_thinned(track.phase, slope))
@@ -263,7 +263,7 @@ def _thinned(phase: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
 def _sweep(
     read: SampleReader,
     controls: list[int],
-    track: Track,
+    track: ToneTrack,
     sample_rate: float,
     n_harmonics: int,
 ) -> Sweep:

@@ -28,7 +28,7 @@ HALF_HANN: Final = 0.5 + 0.5 * np.cos(np.linspace(0.0, np.pi, 8193))
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class ToneTrack:
     """Phase of a tone at knots, a cubic with continuous slope between them.
 
     Attributes
@@ -63,7 +63,7 @@ class Track:
 
 def track_of(
     read: SampleReader, ridge: Ridge, section: tuple[int, int], sample_rate: float
-) -> Track:
+) -> ToneTrack:
     """Return the phase of the tone in one section of its ridge.
 
     Parameters
@@ -91,7 +91,7 @@ def track_of(
     position = ridge.position[part]
     omega = 2.0 * np.pi * _lawful(position, ridge.frequency[part]) / sample_rate
     steps = np.diff(position) * (omega[1:] + omega[:-1]) / 2.0
-    track = Track(position, np.concatenate([[0.0], np.cumsum(steps)]), omega)
+    track = ToneTrack(position, np.concatenate([[0.0], np.cumsum(steps)]), omega)
     for _ in range(2):
         track = _pulled_in(read, track)
     return track
@@ -99,7 +99,7 @@ def track_of(
 
 def demodulated(
     read: SampleReader,
-    track: Track,
+    track: ToneTrack,
     centres: FloatArray,
     periods: FloatArray,
     n_harmonics: int,
@@ -113,7 +113,7 @@ def demodulated(
     ----------
     read : callable
         Gives (n_channels, n) samples.
-    track : Track
+    track : ToneTrack
         Phase of the tone.
     centres : (n_windows,) array
         Phase in the middle of each window, rising [rad].
@@ -189,7 +189,7 @@ def _straight(position: FloatArray, values: FloatArray) -> FloatArray:
     return line
 
 
-def _pulled_in(read: SampleReader, track: Track) -> Track:
+def _pulled_in(read: SampleReader, track: ToneTrack) -> ToneTrack:
     """Return the track with what is left of the phase of the signal added.
 
     Raises
@@ -208,9 +208,9 @@ def _pulled_in(read: SampleReader, track: Track) -> Track:
     position = track.position_of(centres)
     slope = np.gradient(left, position)
     inside = np.clip(track.position, position[0], position[-1])
-    phase = track.phase + Track(position, left, slope).phase_at(inside)
+    phase = track.phase + ToneTrack(position, left, slope).phase_at(inside)
     omega = track.omega + np.interp(track.position, position, slope, left=0.0, right=0.0)
-    return Track(track.position, phase, omega)
+    return ToneTrack(track.position, phase, omega)
 
 
 def _groups(first: NDArray[np.int64], last: NDArray[np.int64]) -> list[tuple[int, int]]:

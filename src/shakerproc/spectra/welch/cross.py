@@ -126,7 +126,7 @@ class CrossSpectra:
         )
 
     def added_damping(self, frequency: float) -> float:
-        """Return what the window adds to the damping ratio of a decay of that frequency [-]."""
+        """Return the damping ratio that the window adds to a decay of that frequency [-]."""
         return (self.decay_rate or 0.0) / (2.0 * np.pi * frequency)
 
     @property

@@ -1,4 +1,4 @@
-"""What a density adds up to: Grms in a band, cumulative rms; whether the controls agree."""
+"""Levels of a density: Grms in a band, cumulative rms; agreement of the controls."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -184,7 +184,7 @@ def _smooth(values: FloatArray) -> FloatArray:
 
 
 def _warning(overall: float, worst: float, frequency: float) -> str | None:
-    """Return what to say of controls that differ by more than 10 %."""
+    """Return the warning of controls that differ by more than 10 %."""
     if max(overall, worst) <= IMBALANCE:
         return None
     return (

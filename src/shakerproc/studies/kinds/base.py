@@ -1,4 +1,4 @@
-"""What every kind of study is: independent jobs, and a result made of what they found."""
+"""Interface of a study: independent jobs, and a result made of their findings."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -15,9 +15,9 @@ from shakerproc.models import Model
 from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.checks import Check, Checked, above, below, equals, trends
 from shakerproc.studies.placing import placed
-from shakerproc.studies.results import Columns, Panel, StudyResult
+from shakerproc.studies.results import Columns, StudyPanel, StudyResult
 from shakerproc.studies.run_validation import check_measure, check_run
-from shakerproc.studies.study import Run, Study
+from shakerproc.studies.study import Study, StudyRun
 
 EXACT: Final = 1e-9
 """Resolution of a quantity that is computed without bins, as a share of the largest [-]."""
@@ -28,7 +28,7 @@ _NOTHING: Final[Mapping[str, float]] = MappingProxyType({})
 @final
 @dataclass(frozen=True, slots=True)
 class Option:
-    """What may be said of one option of a kind.
+    """Type, limits and meaning of one option of a kind.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Option:
     whole: bool = False
 
     def problem(self, value: float) -> str:
-        """Return what is wanted of a value that does not suit; nothing where it does."""
+        """Return the condition that a value does not meet; empty where it does."""
         if self.least <= value <= self.most and not (self.whole and value % 1.0):
             return ""
         kind = "a whole number" if self.whole else "a value"
@@ -56,14 +56,14 @@ class Option:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Job:
+class StudyJob:
     """One combination of the varied parameters.
 
     Attributes
     ----------
     model : Model or None
         With the values set.
-    run : Run or None
+    run : StudyRun or None
         With the values set.
     values : tuple of float
         One of each variation [SI].
@@ -72,11 +72,11 @@ class Job:
     """
 
     model: Model | None
-    run: Run | None
+    run: StudyRun | None
     values: tuple[float, ...] = ()
     texts: tuple[str, ...] = ()
 
-    def require(self) -> tuple[Model, Run]:
+    def require(self) -> tuple[Model, StudyRun]:
         """Return model and run of a kind that needs both.
 
         Raises
@@ -91,8 +91,8 @@ class Job:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Finding:
-    """What one job finds.
+class JobFinding:
+    """Finding of one job.
 
     Attributes
     ----------
@@ -120,14 +120,14 @@ class Drawing:
     ----------
     columns : mapping of str to (n,) array
         The table.
-    panels : tuple of Panel
+    panels : tuple of StudyPanel
         The figure.
     method : str
         How the numbers came about.
     """
 
     columns: Columns
-    panels: tuple[Panel, ...]
+    panels: tuple[StudyPanel, ...]
     method: str
 
 
@@ -153,10 +153,10 @@ class AbstractKind(ABC):
     quantities: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @abstractmethod
-    def compute(self, study: Study, job: Job) -> Finding:
-        """Return what one job finds; jobs run side by side."""
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
+        """Return the finding of one job; jobs run side by side."""
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         """Pass a job that can be computed; a kind that steps through no run says what it needs.
 
         Raises
@@ -169,12 +169,14 @@ class AbstractKind(ABC):
             check_measure(study.measure, job.run)
 
     @abstractmethod
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         """Return table and panels of what all jobs found, in their order."""
 
     @final
     def result(
-        self, study: Study, jobs: Sequence[Job], found: Sequence[Finding]
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
     ) -> StudyResult:
         """Return tables and panels of what all jobs found, with the outcome of every check."""
         drawn = self.drawing(study, jobs, [one.columns for one in found])
@@ -206,10 +208,10 @@ class AbstractKind(ABC):
                 raise ValueError(f"needs the key {name!r}")
 
 
-def jobs_of(study: Study) -> tuple[Job, ...]:
+def jobs_of(study: Study) -> tuple[StudyJob, ...]:
     """Return every combination of the varied parameters, the first varying slowest."""
     if study.model is None:
-        return (Job(None, study.run),)
+        return (StudyJob(None, study.run),)
     jobs = []
     for choice in product(*(range(len(v.values)) for v in study.vary)):
         model, run = study.model, study.run
@@ -217,11 +219,11 @@ def jobs_of(study: Study) -> tuple[Job, ...]:
             model, run = placed(model, run, variation.places, variation.values[i], study.warmth)
         values = tuple(v.values[i] for v, i in zip(study.vary, choice, strict=True))
         texts = tuple(v.texts[i] for v, i in zip(study.vary, choice, strict=True))
-        jobs.append(Job(model, run, values, texts))
+        jobs.append(StudyJob(model, run, values, texts))
     return tuple(jobs)
 
 
-def label_of(study: Study, job: Job, leave_out: int = -1) -> str:
+def label_of(study: Study, job: StudyJob, leave_out: int = -1) -> str:
     """Return the values of a job for a legend: ``a = 0.5 mm, n = 3``."""
     named = zip(study.vary, job.texts, strict=True)
     return ", ".join(
@@ -238,20 +240,22 @@ def column_of(name: str, unit: str) -> str:
     return name if unit == "1" else f"{name}_{end}"
 
 
-def groups_of(jobs: Sequence[Job], along: int) -> list[NDArray[np.intp]]:
+def groups_of(jobs: Sequence[StudyJob], along: int) -> list[NDArray[np.intp]]:
     """Return the jobs that differ in one variation alone, group by group."""
     keys = [tuple(v for i, v in enumerate(job.values) if i != along) for job in jobs]
     return [np.flatnonzero([key == wanted for key in keys]) for wanted in dict.fromkeys(keys)]
 
 
-def checked(study: Study, jobs: Sequence[Job], found: Sequence[Finding]) -> tuple[Checked, ...]:
+def checked(
+    study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
+) -> tuple[Checked, ...]:
     """Return the outcome of every check of a study."""
     checks = () if study.claim is None else study.claim.checks
     return tuple(_outcome(study, check, jobs, found) for check in checks)
 
 
 def _outcome(
-    study: Study, check: Check, jobs: Sequence[Job], found: Sequence[Finding]
+    study: Study, check: Check, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
 ) -> Checked:
     values = np.array([one.quantities[check.quantity] for one in found])
     if check.relation == "equals":
@@ -268,8 +272,8 @@ def _outcome(
     return trends(check.quantity, groups, check.relation, check.along)
 
 
-def _resolution(check: Check, values: FloatArray, found: Sequence[Finding]) -> FloatArray:
-    """Return what a difference must exceed to count, for each value."""
+def _resolution(check: Check, values: FloatArray, found: Sequence[JobFinding]) -> FloatArray:
+    """Return the least difference that counts, for each value."""
     known = values[np.isfinite(values)]
     largest = float(np.max(np.abs(known), initial=0.0))
     if check.within is not None:
@@ -277,7 +281,7 @@ def _resolution(check: Check, values: FloatArray, found: Sequence[Finding]) -> F
     return np.array([one.resolutions.get(check.quantity, EXACT * largest) for one in found])
 
 
-def _table(study: Study, jobs: Sequence[Job], found: Sequence[Finding]) -> Columns:
+def _table(study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]) -> Columns:
     """Return the quantities of every job beside the values that it had."""
     columns: dict[str, NDArray[np.generic]] = {
         column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
@@ -287,7 +291,7 @@ def _table(study: Study, jobs: Sequence[Job], found: Sequence[Finding]) -> Colum
     return columns | {name: np.array([f.quantities[name] for f in found]) for name in names}
 
 
-def _chaos(found: Sequence[Finding], several: int) -> tuple[str, ...]:
+def _chaos(found: Sequence[JobFinding], several: int) -> tuple[str, ...]:
     """Return a sentence on the runs that are chaotic, whatever the kind of study."""
     chaotic = [one.quantities for one in found if one.quantities.get("chaotic", 0.0) > 0.0]
     if not chaotic:

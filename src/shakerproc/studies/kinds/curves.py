@@ -18,9 +18,16 @@ from shakerproc.simulation.harmonic_balance import (
     gap_severity,
     samples_of_branch,
 )
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, Option, label_of
-from shakerproc.studies.results import Columns, Line, Panel
-from shakerproc.studies.study import Run, Study
+from shakerproc.studies.kinds.base import (
+    AbstractKind,
+    Drawing,
+    JobFinding,
+    Option,
+    StudyJob,
+    label_of,
+)
+from shakerproc.studies.results import Columns, StudyLine, StudyPanel
+from shakerproc.studies.study import Study, StudyRun
 
 SMALLEST: Final = 1e-12
 """Of what must be above 0: any option in SI is larger."""
@@ -54,10 +61,10 @@ class ForceLaw(AbstractKind):
         "displacement_at_load_m": "m",
     })
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         """Pass any model: nothing is driven."""
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         if job.model is None:
             raise ValueError("a force law needs a model")
         model, reach = job.model, study.option("to", 1e-3)
@@ -74,11 +81,13 @@ class ForceLaw(AbstractKind):
             "nonlinearity": _off_a_line(z, force),
             "displacement_at_load_m": _reached(z, force, study.option("load", 0.0)),
         }
-        return Finding({"displacement_m": z, "force_n": force}, quantities)
+        return JobFinding({"displacement_m": z, "force_n": force}, quantities)
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         lines = tuple(
-            Line(
+            StudyLine(
                 one["displacement_m"].astype(np.float64),
                 one["force_n"].astype(np.float64),
                 label_of(study, job),
@@ -90,13 +99,13 @@ class ForceLaw(AbstractKind):
         load = study.option("load", 0.0)
         ends = found[0]["displacement_m"][[0, -1]].astype(np.float64)
         levels = tuple(
-            Line(ends, np.full(2, side * load), "load" if side > 0.0 else "", "dashed", 6)
+            StudyLine(ends, np.full(2, side * load), "load" if side > 0.0 else "", "dashed", 6)
             for side in (1.0, -1.0)
             if load > 0.0
         )
         return Drawing(
             columns=_numbered(found),
-            panels=(Panel("displacement [m]", "force [N]", lines + levels),),
+            panels=(StudyPanel("displacement [m]", "force [N]", lines + levels),),
             method="the force law itself",
         )
 
@@ -119,16 +128,16 @@ class ResponseKind(AbstractKind):
     })
 
     @staticmethod
-    def _band(study: Study, run: Run) -> tuple[float, float]:
+    def _band(study: Study, run: StudyRun) -> tuple[float, float]:
         return study.option("from", run.from_hz), study.option("to", run.to_hz)
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         _, run = job.require()
         _check_rising(self._band(study, run), "Hz")
         if not run.level > 0.0:
             raise ValueError(f"harmonic balance needs a level above 0, not {run.level:g}")
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         low, high = self._band(study, run)
         found = frequency_response(
@@ -153,7 +162,7 @@ class ResponseKind(AbstractKind):
         columns = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
         steady = np.where(columns["stable"], columns["amplitude_m"], 0.0)
         tallest = int(np.argmax(steady))
-        return Finding(
+        return JobFinding(
             columns,
             {
                 "peak_hz": float(columns["frequency_hz"][tallest]),
@@ -163,8 +172,10 @@ class ResponseKind(AbstractKind):
             },
         )
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
-        lines: list[Line] = []
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
+        lines: list[StudyLine] = []
         for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
             lines += _response_lines(one, label_of(study, job), i)
         severities = [float(one["force_over_ka"][0]) for one in found]
@@ -174,7 +185,9 @@ class ResponseKind(AbstractKind):
         return Drawing(
             columns=_numbered(found),
             panels=(
-                Panel("frequency [Hz]", "largest displacement [m]", tuple(lines), log_y=True),
+                StudyPanel(
+                    "frequency [Hz]", "largest displacement [m]", tuple(lines), log_y=True
+                ),
             ),
             method=f"{method}; solid stable, dashed unstable",
         )
@@ -200,10 +213,10 @@ class BackboneKind(AbstractKind):
     def _amplitudes(study: Study) -> tuple[float, float]:
         return study.option("from", 1e-4), study.option("to", 1e-2)
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         _check_rising(self._amplitudes(study), "m")
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         if job.model is None:
             raise ValueError("a backbone needs a model")
         found = backbone(
@@ -212,7 +225,7 @@ class BackboneKind(AbstractKind):
             harmonics=int(study.option("harmonics", 31)),
         )
         rising = found.frequency[np.argsort(found.amplitude, kind="stable")]
-        return Finding(
+        return JobFinding(
             {
                 "frequency_hz": found.frequency,
                 "amplitude_m": found.amplitude,
@@ -226,9 +239,11 @@ class BackboneKind(AbstractKind):
             },
         )
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         lines = tuple(
-            Line(
+            StudyLine(
                 one["amplitude_m"].astype(np.float64),
                 one["frequency_hz"].astype(np.float64),
                 label_of(study, job),
@@ -239,7 +254,7 @@ class BackboneKind(AbstractKind):
         )
         return Drawing(
             columns=_numbered(found),
-            panels=(Panel("amplitude [m]", "frequency of free motion [Hz]", lines),),
+            panels=(StudyPanel("amplitude [m]", "frequency of free motion [Hz]", lines),),
             method=f"harmonic balance, {study.option('harmonics', 31):g} harmonics",
         )
 
@@ -319,7 +334,7 @@ def _numbered(found: Sequence[Columns]) -> Columns:
     }
 
 
-def _response_lines(one: Columns, label: str, style: int) -> Iterator[Line]:
+def _response_lines(one: Columns, label: str, style: int) -> Iterator[StudyLine]:
     """Yield the stretches of a response curve, solid where stable."""
     for number in np.unique(one["branch"].astype(np.int64)):
         rows = np.flatnonzero(one["branch"].astype(np.int64) == number)
@@ -330,7 +345,7 @@ def _response_lines(one: Columns, label: str, style: int) -> Iterator[Line]:
         for start, stop in pairwise(edges):
             part = slice(int(start), min(int(stop) + 1, stable.size))
             if stable[start]:
-                yield Line(x[part], y[part], label, "line", style)
+                yield StudyLine(x[part], y[part], label, "line", style)
                 label = ""
             else:
-                yield Line(x[part], y[part], "", "dashed", style)
+                yield StudyLine(x[part], y[part], "", "dashed", style)

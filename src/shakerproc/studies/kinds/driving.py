@@ -1,12 +1,12 @@
-"""What drove the runs of a study, for people."""
+"""Excitation of the runs of a study, for people."""
 
 from math import cos, degrees, isclose, sin
 
-from shakerproc.studies.study import Run, Study
+from shakerproc.studies.study import Study, StudyRun
 
 
 def driven(study: Study) -> str:
-    """Return what drove the runs, for people."""
+    """Return the excitation of the runs, for people."""
     run = study.run
     if run is None:
         return ""
@@ -17,7 +17,7 @@ def driven(study: Study) -> str:
     return _in_general(run) + method + (f", {' and '.join(varied)} varied" if varied else "")
 
 
-def _in_general(run: Run) -> str:
+def _in_general(run: StudyRun) -> str:
     start = ""
     if run.initial_displacement or run.initial_velocity:
         start = f", from {run.initial_displacement:.4g} m and {run.initial_velocity:.4g} m/s"

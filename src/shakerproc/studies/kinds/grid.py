@@ -15,8 +15,8 @@ from shakerproc.studies.estimators import in_words, peak_frequency, spectrum
 from shakerproc.studies.kinds.base import (
     AbstractKind,
     Drawing,
-    Finding,
-    Job,
+    JobFinding,
+    StudyJob,
     column_of,
     groups_of,
     label_of,
@@ -24,9 +24,9 @@ from shakerproc.studies.kinds.base import (
 from shakerproc.studies.kinds.driving import driven
 from shakerproc.studies.motion_readings import read_run
 from shakerproc.studies.placing import TEMPERATURE, clearance_of
-from shakerproc.studies.results import Columns, Line, Panel
-from shakerproc.studies.simulated import Motion
-from shakerproc.studies.study import Measure, Run, Study
+from shakerproc.studies.results import Columns, StudyLine, StudyPanel
+from shakerproc.studies.simulated import SimulatedMotion
+from shakerproc.studies.study import Measure, Study, StudyRun
 
 
 @final
@@ -46,7 +46,7 @@ class Grid(AbstractKind):
         "chaotic": "1",
     })
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         found = peak_of_run(model, run, study.measure)
         natural = _closed_frequency(model, run)
@@ -81,9 +81,11 @@ class Grid(AbstractKind):
             "from_forcing_multiple_hz": found.resolution,
             "peak_over_forcing": found.resolution / forcing,
         }
-        return Finding(columns, quantities, finest)
+        return JobFinding(columns, quantities, finest)
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         columns: dict[str, NDArray[np.generic]] = {
             column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
             for i, variation in enumerate(study.vary)
@@ -133,14 +135,14 @@ class PeakOfRun:
 
     @property
     def value(self) -> float:
-        """What is compared: the mean of neighbouring runs where there is one [Hz]."""
+        """Compared frequency: the mean of neighbouring runs where there is one [Hz]."""
         return self.single if np.isnan(self.mean) else self.mean
 
 
-def peak_of_run(model: Model, run: Run, measure: Measure) -> PeakOfRun:
+def peak_of_run(model: Model, run: StudyRun, measure: Measure) -> PeakOfRun:
     """Return the peak frequency of a run by the estimator of a measure."""
 
-    def read(motion: Motion) -> dict[str, float]:
+    def read(motion: SimulatedMotion) -> dict[str, float]:
         found = spectrum(motion.of(measure.of), motion.sample_rate, measure)
         return {"peak": peak_frequency(found, measure), "bin_width": found.bin_width}
 
@@ -157,7 +159,7 @@ def peak_of_run(model: Model, run: Run, measure: Measure) -> PeakOfRun:
     )
 
 
-def _closed_frequency(model: Model, run: Run) -> float:
+def _closed_frequency(model: Model, run: StudyRun) -> float:
     """Return the lowest natural frequency with every gap closed [Hz]; 0 without stiffness."""
     found = natural_frequencies(system_of_model(model, run.level))
     return float(found[0])
@@ -172,7 +174,7 @@ def _severity(columns: Columns) -> str:
     return f"; F / (k a) from {np.min(known):.4g} to {np.max(known):.4g}"
 
 
-def _panel(study: Study, jobs: Sequence[Job], columns: Columns) -> Panel:
+def _panel(study: Study, jobs: Sequence[StudyJob], columns: Columns) -> StudyPanel:
     """Return the quantity against the last variation, a line for each of the others."""
     first = next(iter(study.claim.checks), None) if study.claim is not None else None
     drawn = first is not None and first.quantity in columns
@@ -187,14 +189,14 @@ def _panel(study: Study, jobs: Sequence[Job], columns: Columns) -> Panel:
     for number, rows in enumerate(groups_of(jobs, along)):
         ordered = rows[np.argsort(x[rows], kind="stable")]
         label = label_of(study, jobs[int(rows[0])], along)
-        lines.append(Line(x[ordered], y[ordered], label, "marked", number))
+        lines.append(StudyLine(x[ordered], y[ordered], label, "marked", number))
         spread = columns["spread_hz"][ordered].astype(np.float64)
         if quantity == "peak_frequency_hz" and np.isfinite(spread).any():
             mean = columns["mean_hz"][ordered].astype(np.float64)
             for side in (-1.0, 1.0):
-                lines.append(Line(x[ordered], mean + side * spread, "", "dotted", number))
+                lines.append(StudyLine(x[ordered], mean + side * spread, "", "dotted", number))
     unit = "" if variation.unit == "1" else f" [{variation.unit}]"
     label = {"peak_frequency_hz": "peak frequency [Hz]"}.get(quantity, quantity)
     values = np.array(sorted(set(x[x > 0.0])))
     wide = values.size > 3 and float(values[-1] / values[0]) > 50.0 and bool(np.all(x > 0.0))
-    return Panel(f"{variation.name}{unit}", label, tuple(lines), log_x=wide)
+    return StudyPanel(f"{variation.name}{unit}", label, tuple(lines), log_x=wide)

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from shakerproc.models import Model
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, label_of
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, JobFinding, StudyJob, label_of
 from shakerproc.studies.kinds.driving import driven
 from shakerproc.studies.motion_readings import (
     decay,
@@ -17,9 +17,9 @@ from shakerproc.studies.motion_readings import (
     half_cycles,
     read_run,
 )
-from shakerproc.studies.results import Columns, Line, Panel
-from shakerproc.studies.simulated import Motion, simulated
-from shakerproc.studies.study import Run, Study
+from shakerproc.studies.results import Columns, StudyLine, StudyPanel
+from shakerproc.studies.simulated import SimulatedMotion, simulated
+from shakerproc.studies.study import Study, StudyRun
 
 MOST_SHOWN = 20_000
 
@@ -42,11 +42,11 @@ class MotionKind(AbstractKind):
         "chaotic": "1",
     })
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         free = _rms_without_excitation(model, run)
 
-        def read(motion: Motion) -> dict[str, float]:
+        def read(motion: SimulatedMotion) -> dict[str, float]:
             cycles = 0.5 / half_cycles(motion.time, motion.displacement)
             return {
                 "largest_m": float(np.max(np.abs(motion.displacement))),
@@ -65,9 +65,11 @@ class MotionKind(AbstractKind):
             "velocity_m_per_s": motion.velocity,
             "growth": np.full(motion.time.size, motion.growth),
         }
-        return Finding(columns, values, errors)
+        return JobFinding(columns, values, errors)
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         history, plane = [], []
         for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
             step = max(1, one["time_s"].size // MOST_SHOWN)
@@ -75,8 +77,8 @@ class MotionKind(AbstractKind):
                 one[name][::step].astype(np.float64)
                 for name in ("time_s", "displacement_m", "velocity_m_per_s")
             )
-            history.append(Line(time, x, label_of(study, job), "line", i))
-            plane.append(Line(x, v, "", "line", i))
+            history.append(StudyLine(time, x, label_of(study, job), "line", i))
+            plane.append(StudyLine(x, v, "", "line", i))
         growth = float(np.max([one["growth"][0] for one in found]))
         return Drawing(
             {
@@ -84,18 +86,18 @@ class MotionKind(AbstractKind):
                 **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
             },
             (
-                Panel("time [s]", "displacement [m]", tuple(history)),
-                Panel("displacement [m]", "velocity [m/s]", tuple(plane), square=True),
+                StudyPanel("time [s]", "displacement [m]", tuple(history)),
+                StudyPanel("displacement [m]", "velocity [m/s]", tuple(plane), square=True),
             ),
             f"{driven(study)}; a disturbance of 1e-10 grew {growth:.3g} times",
         )
 
 
-def _rms(motion: Motion) -> float:
+def _rms(motion: SimulatedMotion) -> float:
     return float(np.sqrt(np.mean(motion.displacement**2)))
 
 
-def _rms_without_excitation(model: Model, run: Run) -> float:
+def _rms_without_excitation(model: Model, run: StudyRun) -> float:
     """Return the rms of the motion that the start alone makes [m]; NaN where nothing drives."""
     if run.excitation == "free" or run.method != "exact":
         return float("nan")

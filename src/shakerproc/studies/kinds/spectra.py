@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from shakerproc.studies.estimators import Spectrum, in_words, peak_frequency, spectrum
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, label_of
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, JobFinding, StudyJob, label_of
 from shakerproc.studies.kinds.driving import driven
 from shakerproc.studies.motion_readings import (
     half_cycle_scatter,
@@ -15,8 +15,8 @@ from shakerproc.studies.motion_readings import (
     read_run,
     share_at,
 )
-from shakerproc.studies.results import Columns, Line, Panel
-from shakerproc.studies.simulated import Motion
+from shakerproc.studies.results import Columns, StudyLine, StudyPanel
+from shakerproc.studies.simulated import SimulatedMotion
 from shakerproc.studies.study import Study
 
 UNITS = {"acceleration": "(m/s²)²/Hz", "velocity": "(m/s)²/Hz", "displacement": "m²/Hz"}
@@ -38,11 +38,11 @@ class Spectra(AbstractKind):
         "chaotic": "1",
     })
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         forcing = run.frequency if run.excitation == "sine" else float("nan")
 
-        def read(motion: Motion) -> dict[str, float]:
+        def read(motion: SimulatedMotion) -> dict[str, float]:
             whole = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
             peak = peak_frequency(whole, study.measure)
             return {
@@ -64,9 +64,11 @@ class Spectra(AbstractKind):
         finest = {"peak_frequency_hz": found.bin_width, "half_energy_bins": 1.0}
         if forcing > 0.0:
             finest["peak_over_forcing"] = found.bin_width / forcing
-        return Finding(columns, values, {**finest, **errors})
+        return JobFinding(columns, values, {**finest, **errors})
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         lines = []
         for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
             width = float(one["bin_width_hz"][0])
@@ -76,13 +78,15 @@ class Spectra(AbstractKind):
             peak = peak_frequency(density, study.measure)
             label = label_of(study, job)
             named = f"{label}: {peak:.4g} Hz" if label else f"{peak:.4g} Hz"
-            lines.append(Line(density.frequency[1:], density.density[1:], named, "line", i))
+            lines.append(
+                StudyLine(density.frequency[1:], density.density[1:], named, "line", i)
+            )
         width = float(np.max(found[0]["bin_width_hz"].astype(np.float64)))
         columns = {
             "run": np.repeat(np.arange(len(found)), [f["density"].size for f in found]),
             **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
         }
-        panel = Panel(
+        panel = StudyPanel(
             "frequency [Hz]", f"PSD [{UNITS[study.measure.of]}]", tuple(lines), log_y=True
         )
         return Drawing(columns, (panel,), f"{in_words(study.measure, width)}; {driven(study)}")

@@ -8,9 +8,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra import spectrogram
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, Finding, Job, Option
+from shakerproc.studies.kinds.base import AbstractKind, Drawing, JobFinding, Option, StudyJob
 from shakerproc.studies.kinds.driving import driven
-from shakerproc.studies.results import Columns, Image, Panel
+from shakerproc.studies.results import Columns, StudyImage, StudyPanel
 from shakerproc.studies.run_validation import check_run, samples_left
 from shakerproc.studies.simulated import excitation_of, simulated
 from shakerproc.studies.study import Study
@@ -35,7 +35,7 @@ class SpectrogramKind(AbstractKind):
         "chaotic": "1",
     })
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         _, run = job.require()
         check_run(run)
         segment = study.option("segment", 256)
@@ -44,7 +44,7 @@ class SpectrogramKind(AbstractKind):
                 f"a run of {samples_left(run):g} samples holds no segment of {segment:g}"
             )
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         told = {"growth": float("nan"), "chaotic": 0.0}
         if study.option("of excitation", 0.0):
@@ -66,15 +66,17 @@ class SpectrogramKind(AbstractKind):
         tallest = found.frequency[shown][np.argmax(density, axis=0)]
         ridge = _ridge(found.time, tallest, samples.size / run.sample_rate)
         finest = dict.fromkeys(ridge, float(found.frequency[1] - found.frequency[0]))
-        return Finding(columns, {**ridge, **told}, finest)
+        return JobFinding(columns, {**ridge, **told}, finest)
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         columns = found[0]
         time = np.unique(columns["time_s"].astype(np.float64))
         frequency = np.unique(columns["frequency_hz"].astype(np.float64))
         density = columns["density"].astype(np.float64).reshape(frequency.size, time.size)
-        image = Image(time, frequency, density)
-        panel = Panel("time [s]", "frequency [Hz]", (), image=image)
+        image = StudyImage(time, frequency, density)
+        panel = StudyPanel("time [s]", "frequency [Hz]", (), image=image)
         return Drawing(columns, (panel,), driven(study))
 
 

@@ -11,15 +11,15 @@ from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.kinds.base import (
     AbstractKind,
     Drawing,
-    Finding,
-    Job,
+    JobFinding,
     Option,
+    StudyJob,
     column_of,
     label_of,
 )
 from shakerproc.studies.kinds.driving import begun
 from shakerproc.studies.motion_readings import chaotic_once_settled, period_of
-from shakerproc.studies.results import Columns, Line, Panel
+from shakerproc.studies.results import Columns, StudyLine, StudyPanel
 from shakerproc.studies.run_validation import check_run
 from shakerproc.studies.simulated import strobe
 from shakerproc.studies.study import Study
@@ -45,10 +45,10 @@ class Bifurcation(AbstractKind):
     needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
     quantities: ClassVar[Mapping[str, str]] = QUANTITIES
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         _check_sine(job)
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         x, v, growth = strobe(
             model,
@@ -57,9 +57,13 @@ class Bifurcation(AbstractKind):
             settle=int(study.option("settle periods", 400)),
             phases=1,
         )
-        return Finding({"displacement_m": x[0], "velocity_m_per_s": v[0]}, _told(x, v, growth))
+        return JobFinding(
+            {"displacement_m": x[0], "velocity_m_per_s": v[0]}, _told(x, v, growth)
+        )
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         variation = study.vary[-1]
         counts = [one["displacement_m"].size for one in found]
         x = np.repeat([job.values[-1] for job in jobs], counts)
@@ -72,10 +76,10 @@ class Bifurcation(AbstractKind):
                 "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in found]),
             },
             panels=(
-                Panel(
+                StudyPanel(
                     f"{variation.name}{unit}",
                     "displacement once a period [m]",
-                    (Line(x, y, "", "points"),),
+                    (StudyLine(x, y, "", "points"),),
                 ),
             ),
             method=(
@@ -97,10 +101,10 @@ class Poincare(AbstractKind):
     needs: ClassVar[tuple[str, ...]] = ("model", "run")
     quantities: ClassVar[Mapping[str, str]] = QUANTITIES
 
-    def check_job(self, study: Study, job: Job) -> None:
+    def check_job(self, study: Study, job: StudyJob) -> None:
         _check_sine(job)
 
-    def compute(self, study: Study, job: Job) -> Finding:
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         phases = int(study.option("phases", 1))
         x, v, growth = strobe(
@@ -115,9 +119,11 @@ class Poincare(AbstractKind):
             "displacement_m": x.ravel(),
             "velocity_m_per_s": v.ravel(),
         }
-        return Finding(columns, _told(x, v, growth))
+        return JobFinding(columns, _told(x, v, growth))
 
-    def drawing(self, study: Study, jobs: Sequence[Job], found: Sequence[Columns]) -> Drawing:
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
         panels = []
         for job, one in zip(jobs, found, strict=True):
             for phase in np.unique(one["phase_deg"].astype(np.float64)):
@@ -134,7 +140,7 @@ class Poincare(AbstractKind):
         )
 
 
-def _check_sine(job: Job) -> None:
+def _check_sine(job: StudyJob) -> None:
     """Pass a run of a sine, which has periods.
 
     Raises
@@ -162,12 +168,16 @@ def _begun(study: Study) -> str:
     return begun(0.0 if study.run is None else study.run.phase)
 
 
-def _map(study: Study, job: Job, one: Columns, phase: float) -> Panel:
+def _map(study: Study, job: StudyJob, one: Columns, phase: float) -> StudyPanel:
     here = one["phase_deg"].astype(np.float64) == phase
     x: FloatArray = one["displacement_m"][here].astype(np.float64)
     v: FloatArray = one["velocity_m_per_s"][here].astype(np.float64)
     label = label_of(study, job)
     title = f"{label}, phase {phase:g}°" if label else f"phase {phase:g}°"
-    return Panel(
-        "displacement [m]", "velocity [m/s]", (Line(x, v, "", "points"),), title, square=True
+    return StudyPanel(
+        "displacement [m]",
+        "velocity [m/s]",
+        (StudyLine(x, v, "", "points"),),
+        title,
+        square=True,
     )

@@ -1,4 +1,4 @@
-"""What every law is: a force along one relative displacement, in harmonic coefficients."""
+"""Interface of a law: a force along one relative displacement, in harmonic coefficients."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from shakerproc.simulation.kernels.harmonic_fourier import Harmonics
 
 @final
 @dataclass(frozen=True)
-class Motion:
+class HarmonicMotion:
     """A periodic relative displacement.
 
     Attributes
@@ -76,11 +76,11 @@ class AbstractLaw(ABC):
     """A force that depends on one relative displacement and velocity."""
 
     @abstractmethod
-    def balance(self, motion: Motion) -> LawBalance:
+    def balance(self, motion: HarmonicMotion) -> LawBalance:
         """Return the coefficients of the force during a motion."""
 
     @abstractmethod
-    def switches(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         """Return where stiffness or damping jump [rad], and the jump of the force there [N]."""
 
     @abstractmethod

@@ -8,7 +8,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.laws.base import AbstractLaw, LawBalance, Motion
+from shakerproc.simulation.harmonic_balance.laws.base import (
+    AbstractLaw,
+    HarmonicMotion,
+    LawBalance,
+)
 from shakerproc.simulation.kernels import harmonic_contact as contact
 
 
@@ -30,7 +34,7 @@ class ContactDampingLaw(AbstractLaw):
     breakpoints: FloatArray
     damping: FloatArray
 
-    def balance(self, motion: Motion) -> LawBalance:
+    def balance(self, motion: HarmonicMotion) -> LawBalance:
         impulse, by_displacement = contact.piecewise_linear_balance(
             motion.coefficients,
             motion.harmonics,
@@ -42,7 +46,7 @@ class ContactDampingLaw(AbstractLaw):
         )
         return LawBalance(motion.omega * rate[:, 0], motion.omega * rate[:, 1:], rate[:, 0])
 
-    def switches(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         angles, segments = motion.stretches(self.breakpoints)
         _, velocity = motion.at(angles)
         return angles, np.diff(self.damping[segments]) * velocity

@@ -8,7 +8,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.laws.base import AbstractLaw, LawBalance, Motion
+from shakerproc.simulation.harmonic_balance.laws.base import (
+    AbstractLaw,
+    HarmonicMotion,
+    LawBalance,
+)
 
 
 @final
@@ -32,7 +36,7 @@ class HystereticLaw(AbstractLaw):
     stiffness: float
     rounds: int = 2
 
-    def balance(self, motion: Motion) -> LawBalance:
+    def balance(self, motion: HarmonicMotion) -> LawBalance:
         real = fourier.real_of_complex(motion.coefficients, motion.harmonics)
         n_samples = self.n_samples(motion)
         table = fourier.sample_table(motion.harmonics, n_samples)
@@ -47,7 +51,7 @@ class HystereticLaw(AbstractLaw):
         jacobian = np.ascontiguousarray((found[1:] - found[0]).T / steps)
         return LawBalance(found[0], jacobian, self._by_omega(base, motion, found[0]))
 
-    def switches(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         return np.empty(0), np.empty(0)
 
     def tangent(
@@ -72,7 +76,7 @@ class HystereticLaw(AbstractLaw):
         return True
 
     @staticmethod
-    def n_samples(motion: Motion) -> int:
+    def n_samples(motion: HarmonicMotion) -> int:
         """Return how many samples one period takes."""
         return max(512, 16 * int(motion.harmonics[-1]))
 
@@ -86,7 +90,7 @@ class HystereticLaw(AbstractLaw):
         return self.force_along(along, velocity, rate)[-displacement.size :]
 
     def _by_omega(
-        self, samples: FloatArray, motion: Motion, force: FloatArray
+        self, samples: FloatArray, motion: HarmonicMotion, force: FloatArray
     ) -> FloatArray | None:
         """Return how the force depends on the pace, by a difference; None where it does not."""
         step = 1e-6 * motion.omega

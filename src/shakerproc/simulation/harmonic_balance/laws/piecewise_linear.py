@@ -8,7 +8,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.laws.base import AbstractLaw, LawBalance, Motion
+from shakerproc.simulation.harmonic_balance.laws.base import (
+    AbstractLaw,
+    HarmonicMotion,
+    LawBalance,
+)
 from shakerproc.simulation.kernels import harmonic_contact as contact
 
 
@@ -31,7 +35,7 @@ class PiecewiseLinearLaw(AbstractLaw):
     slopes: FloatArray
     intercepts: FloatArray
 
-    def balance(self, motion: Motion) -> LawBalance:
+    def balance(self, motion: HarmonicMotion) -> LawBalance:
         law = (self.breakpoints, self.slopes, self.intercepts)
         force, jacobian = contact.piecewise_linear_balance(
             motion.coefficients, motion.harmonics, motion.samples, law
@@ -40,7 +44,7 @@ class PiecewiseLinearLaw(AbstractLaw):
             jacobian = jacobian + self._jump_jacobian(motion)
         return LawBalance(force, jacobian)
 
-    def switches(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         angles, segments = motion.stretches(self.breakpoints)
         if not self._jumps:
             return angles, np.zeros_like(angles)
@@ -89,7 +93,7 @@ class PiecewiseLinearLaw(AbstractLaw):
     def _jumps(self) -> bool:
         return bool(np.any(self._steps))
 
-    def _jump_jacobian(self, motion: Motion) -> FloatArray:
+    def _jump_jacobian(self, motion: HarmonicMotion) -> FloatArray:
         angles, jumps = self.switches(motion)
         _, velocity = motion.at(angles)
         return fourier.impulses(angles, jumps * motion.omega / velocity, motion.harmonics)

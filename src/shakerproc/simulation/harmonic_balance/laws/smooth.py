@@ -8,7 +8,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.laws.base import AbstractLaw, LawBalance, Motion
+from shakerproc.simulation.harmonic_balance.laws.base import (
+    AbstractLaw,
+    HarmonicMotion,
+    LawBalance,
+)
 
 State: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 Tangent: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
@@ -39,7 +43,7 @@ class SmoothLaw(AbstractLaw):
     is_odd: bool
     stiffness: float
 
-    def balance(self, motion: Motion) -> LawBalance:
+    def balance(self, motion: HarmonicMotion) -> LawBalance:
         highest = int(motion.harmonics[-1])
         n_samples = 2 ** int(np.ceil(np.log2((self.degree + 1) * highest + 1)))
         samples = motion.sampled(max(n_samples, 4 * highest + 2, 64))
@@ -57,7 +61,7 @@ class SmoothLaw(AbstractLaw):
             by_omega = rate @ fourier.real_of_complex(motion.coefficients, motion.harmonics)
         return LawBalance(fourier.real_of_complex(force, motion.harmonics), jacobian, by_omega)
 
-    def switches(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         return np.empty(0), np.empty(0)
 
     def tangent(
@@ -81,6 +85,6 @@ class SmoothLaw(AbstractLaw):
     def odd(self) -> bool:
         return self.is_odd
 
-    def _product(self, factor: FloatArray, motion: Motion) -> FloatArray:
+    def _product(self, factor: FloatArray, motion: HarmonicMotion) -> FloatArray:
         spectrum = np.fft.rfft(factor) / factor.size
         return fourier.multiplication(spectrum, motion.harmonics)

@@ -1,0 +1,1 @@
+"""The evidence of a comparison and of a diagnosis: sections, figures and tables."""

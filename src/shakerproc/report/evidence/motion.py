@@ -1,0 +1,268 @@
+"""Measured against the models along the motion: errors, and the restoring force."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.comparison import JointMotion, by_range
+from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.models.motion import shown_in
+from shakerproc.numerals import numeral
+from shakerproc.report.evidence.models import (
+    MEASURED,
+    NOISE,
+    Models,
+    by_input,
+    capitalised,
+    input_rms,
+    label,
+    loudest,
+    same_joint,
+)
+from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Plot
+from shakerproc.report.figures.heat_map import heat_map
+from shakerproc.report.page.sections import PageFigure
+from shakerproc.report.runs.curves import logarithmic_axis
+
+DOTS: Final = 1500
+"""Samples of a restoring force that are drawn."""
+
+_NEAR: Final = 0.12  # of the largest velocity or displacement: what counts as none
+
+_PARTS: Final = 60  # of a range, from each of which as many samples are drawn
+
+
+def error_maps(models: Models) -> list[PageFigure]:
+    """Return the error of each test in each third octave, before and after."""
+    drawings = []
+    for sensor, name in enumerate(models.before.tests[0].measured.sensors):
+        for text, _, comparison in models.each:
+            rows = by_input(comparison)[::-1]
+            bands = comparison.bands
+            columns = np.flatnonzero(bands.driven.any(axis=0))
+            shown = slice(columns[0], columns[-1] + 1)
+            driven = bands.driven[rows, shown]
+            drawings.append(
+                PageFigure(
+                    f"{name}: error by band and level, {text} [%].",
+                    "Loudest test on top; bold: where a fifth of the error and more lies. "
+                    "An error that grows upwards depends on amplitude. Shown are the bands "
+                    "that each test drives; errors_by_band.csv has the others.",
+                    heat_map(
+                        [label(comparison.tests[i]) for i in rows],
+                        bands.edges[columns[0] : columns[-1] + 2],
+                        np.where(driven, bands.error[rows, sensor, shown], np.nan),
+                        bands.share[rows, sensor, shown] > 0.2,
+                        title=f"Error of {name} by third octave, {text}",
+                    ),
+                    broad=True,
+                )
+            )
+    return drawings
+
+
+def error_by_level(models: Models) -> PageFigure:
+    """Return the error of every test over its input."""
+    rising = by_input(models.before)
+    kept = [models.before.tests[i].measured.test.hold_out for i in rising]
+    by_force = models.before.model.excitation.on is not None
+    unit, factor = ("N", 1.0) if by_force else ("g", 1.0 / STANDARD_GRAVITY)
+    x = np.array([input_rms(models.before, i) for i in rising]) * factor
+    curves = []
+    for text, style, comparison in models.each:
+        y = np.array([comparison.tests[i].error for i in rising])
+        curves.append(Curve("", x, y, style, thin=True))
+        curves.append(Curve(text, x, y, style, points=True, hollow=kept))
+    noise = np.array([models.noise[i] for i in rising])
+    if np.any(np.isfinite(noise) & (noise > 0.0)):
+        noise = np.where(noise > 0.0, noise, np.nan)
+        curves.append(Curve("noise", x, noise, NOISE, thin=True))
+    return PageFigure(
+        "Error by level.",
+        "Each mark is a test; hollow: held out. What rises with the level depends on "
+        "amplitude; what falls is friction or noise.",
+        to_svg.plot(
+            Plot(
+                curves,
+                _around(f"measured input, rms [{unit}]", x),
+                logarithmic_axis("error [-]", curves),
+            ),
+            title="Error of every test over its input",
+        ),
+    )
+
+
+def _around(text: str, x: FloatArray) -> Axis:
+    """Return a logarithmic axis with room to both sides."""
+    low, high = float(x.min()), float(x.max())
+    if not low > 0.0:
+        return Axis(text, 0.0, 1.1 * high or 1.0)
+    return Axis(text, 0.8 * low, 1.25 * high, logarithmic=True)
+
+
+def error_by_motion(models: Models) -> list[PageFigure]:
+    """Return the missing force over displacement and velocity in the loudest test."""
+    index = loudest(models.before)
+    test = models.before.tests[index]
+    drawings = []
+    for joint in test.joints:
+        places = " and ".join(joint.between)
+        for by_velocity, quantity, si in (
+            (False, "displacement", "m"),
+            (True, "velocity", "m/s"),
+        ):
+            largest = float(np.max(np.abs(getattr(joint, quantity))))
+            unit, factor = shown_in(si, models.before.model.motion, largest)
+            curves = []
+            for text, style, comparison in models.each:
+                motion = same_joint(comparison.tests[index], joint.between)
+                if motion is None:
+                    continue
+                found = by_range(
+                    motion, motion.velocity if by_velocity else motion.displacement
+                )
+                curves.append(Curve(text, found.centre * factor, found.error, style))
+            reach = max(float(np.max(np.abs(c.x))) for c in curves) * 1.05
+            drawings.append(
+                PageFigure(
+                    f"Error by {quantity}, between {places}.",
+                    f"{capitalised(label(test))}: rms of measured less modelled force in "
+                    f"each range, over the rms force of the test. Look where it begins.",
+                    to_svg.plot(
+                        Plot(
+                            curves,
+                            Axis(f"{quantity} [{unit}]", -reach, reach),
+                            logarithmic_axis("missing force [-]", curves, 4),
+                        ),
+                        title=f"Missing force by {quantity} between {places}",
+                    ),
+                )
+            )
+    return drawings
+
+
+def restoring_force(models: Models) -> list[PageFigure]:
+    """Return the force in each joint over displacement and over velocity, each model's too."""
+    index = loudest(models.before)
+    drawings = []
+    for joint in models.before.tests[index].joints:
+        for by_velocity in (False, True):
+            drawings += _forces(models, index, joint.between, by_velocity=by_velocity)
+    return drawings
+
+
+def _forces(
+    models: Models, index: int, between: tuple[str, str], *, by_velocity: bool
+) -> list[PageFigure]:
+    clouds = [
+        (text, style, cloud(motion, by_velocity=by_velocity))
+        for text, style, c in models.each
+        if (motion := same_joint(c.tests[index], between)) is not None
+    ]
+    clouds = [(text, style, rows) for text, style, rows in clouds if rows.size]
+    if not clouds:  # no sample where the other is small: a motion that is no number
+        return []
+    limit = 1.05 * max(float(np.max(np.abs(rows[1:]))) for _, _, rows in clouds) or 1.0
+    largest = max(float(np.max(np.abs(rows[0]))) for _, _, rows in clouds)
+    test = models.before.tests[index]
+    places = " and ".join(between)
+    quantity, other, si = (
+        ("velocity", "displacement", "m/s")
+        if by_velocity
+        else ("displacement", "velocity", "m")
+    )
+    model = models.before.model
+    unit, factor = shown_in(si, model.motion, largest)
+    reach = 1.02 * factor * largest or 1.0
+    return [
+        PageFigure(
+            f"Force over {quantity} between {places}, {text}.",
+            f"{capitalised(label(test))}, samples of little {other}. The grey dots are what "
+            f"holds the mass, measured{_from(models, index, between)}: a straight line is "
+            "linear, a kink is a gap, a step is friction.",
+            to_svg.plot(
+                Plot(
+                    [
+                        Curve("measured", factor * rows[0], rows[1], MEASURED, dots=True),
+                        Curve(text, factor * rows[0], rows[2], style, dots=True),
+                    ],
+                    Axis(f"{quantity} [{unit}]", -reach, reach),
+                    Axis(f"force [{model.unit_of('N')}]", -limit, limit),
+                ),
+                title=f"Restoring force over {quantity} between {places}, {text}",
+                height=260,
+            ),
+        )
+        for text, style, rows in clouds
+    ]
+
+
+def _from(models: Models, index: int, between: tuple[str, str]) -> str:
+    """Return from which frequency on a joint is measured, in words."""
+    joint = same_joint(models.before.tests[index], between)
+    low = 0.0 if joint is None else joint.band[0]
+    return f" from {numeral(low)} Hz on" if low > 0.0 else ""
+
+
+def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
+    """Return motion [m or m/s], measured and modelled force [N] where the other is small.
+
+    What that small part adds is a straight line through the samples, and is taken away:
+    else the spring would hide what depends on the velocity.
+    """
+    along, other = motion.displacement, motion.velocity
+    if by_velocity:
+        along, other = other, along
+    near = np.flatnonzero(np.abs(other) <= _NEAR * np.max(np.abs(other)))
+    if not near.size:
+        return np.empty((3, 0))
+    columns = np.array([other[near], along[near]]).T
+    chosen = _evenly(along[near], DOTS)
+    rows = [along[near][chosen]]
+    for force in (motion.force[near], motion.force_model[near]):
+        slope = float(np.linalg.lstsq(columns, force, rcond=None)[0][0])
+        rows.append(force[chosen] - slope * other[near][chosen])
+    return np.array(rows)
+
+
+def _evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
+    """Return numbers of about so many samples, as many from each part of the range."""
+    limits = np.linspace(values.min(), values.max(), _PARTS + 1)
+    which = np.clip(np.searchsorted(limits, values) - 1, 0, _PARTS - 1)
+    chosen = []
+    for part in range(_PARTS):
+        inside = np.flatnonzero(which == part)
+        chosen.append(inside[:: max(1, inside.size * _PARTS // count)])
+    return np.concatenate(chosen)
+
+
+def error_in_time(models: Models) -> list[PageFigure]:
+    """Return the error of each sensor along the loudest test."""
+    index = loudest(models.before)
+    test = models.before.tests[index]
+    drawings = []
+    for sensor, name in enumerate(test.measured.sensors):
+        curves = [
+            Curve(text, time.time, time.error[sensor], style)
+            for text, style, comparison in models.each
+            for time in (comparison.tests[index].time,)
+        ]
+        end = max(float(c.x[-1]) for c in curves)
+        drawings.append(
+            PageFigure(
+                f"{name}: error along {label(test)}.",
+                "Level where the model is the same from start to end; a slope means that "
+                "something drifts, such as a joint that loosens or warms.",
+                to_svg.plot(
+                    Plot(
+                        curves,
+                        Axis("time [s]", 0.0, 1.02 * end),
+                        logarithmic_axis("error [-]", curves),
+                    ),
+                    title=f"Error of {name} along the loudest test",
+                ),
+            )
+        )
+    return drawings

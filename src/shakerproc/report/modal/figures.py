@@ -1,0 +1,313 @@
+"""Modal analysis as figures: stabilisation, synthesis over measurement, shapes, MAC, trends."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.campaign.mode_trends import trends_of_modes
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
+from shakerproc.modal.geometry import geometry_of
+from shakerproc.modal.shapes import mac
+from shakerproc.modal.stabilisation import frequency_of
+from shakerproc.modal.tracking import Track
+from shakerproc.numerals import numeral
+from shakerproc.report.figures import style
+from shakerproc.report.figures.to_png import save
+from shakerproc.report.figures.units import read_ratio
+from shakerproc.report.trends.figures import draw_trends
+from shakerproc.runs.curves import unbroken_phase
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PANELS: Final = 8
+"""Responses whose functions are drawn at most."""
+
+ACROSS: Final = 3
+"""Shapes in a row."""
+
+
+def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
+    """Draw every figure of an analysis, and return the files."""
+    with style.look():
+        written = [
+            save(draw(), folder / f"{name}.png") for name, draw in figures_of(analysis).items()
+        ]
+        against = [one for row in trends_of_modes(analysis).values() for one in row]
+        return written + draw_trends(against, folder / "trends")
+
+
+def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
+    """Return the function that draws each figure of an analysis, by name."""
+    found: dict[str, Callable[[], Figure]] = {}
+    for one in analysis.tests:
+        name = "".join(c if c.isascii() and c.isalnum() else "_" for c in one.name)
+        kinds = {"stabilisation": stabilisation_figure}
+        shaped = len(one.sensors) > 1
+        if one.functions is not None:
+            kinds["synthesis"] = synthesis_figure
+        if shaped and one.modes.poles.size:
+            kinds["shapes"] = shapes_figure
+        if shaped and one.modes.poles.size > 1:
+            kinds["mac"] = mac_figure
+        found |= {f"test_{name}_{kind}": partial(draw, one) for kind, draw in kinds.items()}
+    for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
+        found[f"reciprocity_{number}"] = partial(reciprocity_figure, pair)
+    if _tracked(analysis):
+        found["modes_over_tests"] = partial(trend_figure, analysis)
+    return found
+
+
+def _tracked(analysis: ModalAnalysis) -> list[Track]:
+    """Return the modes that several tests have."""
+    if len(analysis.tests) < 2:
+        return []
+    return [track for track in analysis.tracks if len(track.sightings) > 1]
+
+
+def _title(one: TestModes) -> str:
+    said = [one.test.excitation or "", one.test.level_text, one.test.specimen]
+    return ", ".join([f"test {one.name}", *(word for word in said if word)])
+
+
+def stabilisation_figure(one: TestModes) -> "Figure":
+    """Return the stabilisation diagram over the mean density or response function."""
+    diagram, modes = one.modes.diagram, one.modes
+    figure, (axis,) = style.figure(7.4, 3.8, left=0.62)
+    behind = axis.twinx()
+    frequency, level = indicator(one)
+    behind.plot(frequency, level, color="#b0b0b0", lw=0.8)
+    behind.set_yscale("log")
+    peak = float(np.nanmax(level))
+    behind.set_ylim(max(float(np.nanmin(level)), 1e-5 * peak) / 2.0, 3.0 * peak)
+    behind.set_yticks([])
+    behind.minorticks_off()
+    behind.spines["right"].set_visible(False)
+    axis.set_zorder(behind.get_zorder() + 1)
+    axis.patch.set_visible(False)
+    places = frequency_of(diagram.poles)
+    kinds: tuple[tuple[str, NDArray[np.bool_], dict[str, Any]], ...] = (
+        ("not stable", ~diagram.stable, {"marker": ".", "ms": 2.5, "color": "#a0a0a0"}),
+        (
+            "stable",
+            diagram.stable & (diagram.cluster < 0),
+            {"marker": "o", "ms": 3.2, "mfc": "none", "color": style.COLOURS[0]},
+        ),
+        (
+            "stable, in a cluster",
+            diagram.cluster >= 0,
+            {"marker": "o", "ms": 3.2, "color": style.COLOURS[0]},
+        ),
+    )
+    for kind, chosen, arguments in kinds:
+        axis.plot(places[chosen], diagram.order[chosen], ls="none", label=kind, **arguments)
+    for number, value in enumerate(modes.frequency, 1):
+        axis.axvline(value, color=style.COLOURS[1], lw=0.9, zorder=0)
+        axis.annotate(
+            f"{number}", (value, 1.0), xycoords=("data", "axes fraction"), fontsize=7,
+            xytext=(1.5, -7 - 7 * ((number - 1) % 2)), textcoords="offset points",
+            color="#a04000",
+        )  # fmt: skip
+    axis.set_xlim(*one.band)
+    axis.set_ylim(0, diagram.order.max(initial=2) + 6)
+    axis.set_xlabel("frequency [Hz]")
+    axis.set_ylabel("order")
+    grey = "mean |H1|" if one.functions is not None else "mean density"
+    style.head(axis, f"{_title(one)}: stabilisation", f"vertical: modes kept; grey: {grey}")
+    style.legend(axis)
+    return figure
+
+
+def indicator(one: TestModes) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequency and the mean of all response functions, or of all densities."""
+    if one.functions is not None:
+        values = np.abs(one.functions.measured).reshape(-1, one.functions.frequency.size)
+        return one.functions.frequency, np.sqrt(np.mean(values**2, axis=0))
+    return one.density[0], np.mean(one.density[1:], axis=0)
+
+
+def synthesis_figure(one: TestModes) -> "Figure":
+    """Return measured and synthesised response functions of the sensors, first input."""
+    functions = one.functions
+    assert functions is not None  # noqa: S101 - figures_of asks for it where there are any
+    shown = min(PANELS, len(one.sensors))
+    columns = 1 if shown == 1 else 2
+    rows = -(-shown // columns)
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.6, 0.75 + 1.75 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    for axis in axes.flat[shown:]:
+        axis.set_visible(False)
+    for i, axis in zip(range(shown), axes.flat, strict=False):
+        ratio, factor = read_ratio(one.sensors[i].unit, one.input_units[0])
+        measured, model = (
+            factor * np.abs(h[i, 0]) for h in (functions.measured, functions.synthesis)
+        )
+        axis.semilogy(functions.frequency, measured, color="#9a9a9a", lw=2.2, label="measured")
+        axis.semilogy(
+            functions.frequency, model, color=style.COLOURS[1], lw=0.9, label="modal model"
+        )
+        axis.set_xlim(*one.band)
+        top, low = np.nanmax(measured), np.nanmin(measured[measured > 0.0])
+        axis.set_ylim(max(low, 1e-5 * top) / 1.5, 2.0 * top)
+        name, left = one.sensors[i].name, one.unexplained[i]
+        axis.set_title(f"{name} (residual {left:.1%} rms)", fontsize=8.5)
+        axis.set_ylabel(f"|H1| [{ratio or '-'}]")
+    for axis in axes[-1]:
+        axis.set_xlabel("frequency [Hz]")
+    axes[0, 0].legend(loc="best", ncols=2, fontsize=7)
+    figure.suptitle(
+        f"{_title(one)}: response to {one.inputs[0]}, both through one window",
+        fontsize=10, x=0.01, ha="left",
+    )  # fmt: skip
+    return figure
+
+
+def shapes_figure(one: TestModes) -> "Figure":
+    """Return every mode shape: at rest grey, at its largest in colour."""
+    modes = one.modes
+    from matplotlib.figure import Figure
+
+    drawn = geometry_of(one.positions, one.directions)
+    rows = -(-modes.poles.size // ACROSS)
+    figure = Figure(figsize=(7.6, 0.6 + 1.75 * rows), layout="constrained")
+    axes = figure.subplots(rows, ACROSS, squeeze=False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    low, high = drawn.rest.min(axis=0) - 0.27, drawn.rest.max(axis=0) + 0.27
+    for number, axis in zip(range(modes.poles.size), axes.flat, strict=False):
+        moved = drawn.moved(modes.shapes[number], 0.0)
+        for a, b in drawn.edges:
+            axis.plot(*drawn.rest[[a, b]].T, color="#b8b8b8", lw=1.0)
+            axis.plot(*moved[[a, b]].T, color=style.COLOURS[0], lw=1.5)
+        for still, now in zip(drawn.rest, moved, strict=True):
+            axis.plot(*np.stack([still, now]).T, color=style.COLOURS[0], lw=0.5, alpha=0.6)
+        axis.plot(*drawn.rest.T, "o", color="#b8b8b8", ms=2.5)
+        axis.plot(*moved.T, "o", color=style.COLOURS[0], ms=3.5)
+        for name, place in zip(one.sensor_names, drawn.rest, strict=True):
+            axis.annotate(
+                name,
+                place,
+                (0, -4),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=6,
+            )
+        axis.set_xlim(low[0], high[0])
+        axis.set_ylim(low[1], high[1])
+        if np.ptp(drawn.rest[:, 1]) > 0.02:  # a line across may be stretched upwards
+            axis.set_aspect("equal")
+        axis.set_title(
+            f"{number + 1}: {numeral(modes.frequency[number], 4)} Hz, "
+            f"{modes.damping[number]:.2%}\n"
+            f"collinearity {modes.collinearity[number]:.2f}",
+            fontsize=8,
+        )
+    figure.suptitle(f"{_title(one)}: mode shapes", fontsize=10, x=0.01, ha="left")
+    return figure
+
+
+def mac_figure(one: TestModes) -> "Figure":
+    """Return the MAC of every pair of modes of a test."""
+    modes = one.modes
+    size = max(3.4, 1.3 + 0.36 * modes.poles.size)
+    figure, (axis,) = style.figure(size + 0.6, size)
+    draw_mac(axis, mac(modes.shapes, modes.shapes))
+    labels = [numeral(value, 4) for value in modes.frequency]
+    axis.set_xticks(range(len(labels)), labels, rotation=90)
+    axis.set_yticks(range(len(labels)), labels)
+    axis.set_xlabel("mode [Hz]")
+    axis.set_ylabel("mode [Hz]")
+    axis.set_title(f"test {one.name}: MAC of its modes")
+    return figure
+
+
+def draw_mac(axis: "Axes", values: np.ndarray) -> None:
+    """Draw a matrix of MAC values, the numbers in the cells."""
+    axis.imshow(values, vmin=0.0, vmax=1.0, cmap="Blues")
+    axis.grid(visible=False)
+    for (row, column), value in np.ndenumerate(values):
+        axis.text(
+            column, row, f"{value:.2f}", ha="center", va="center", fontsize=6.5,
+            color="white" if value > 0.6 else "black",
+        )  # fmt: skip
+
+
+def reciprocity_figure(pair: Reciprocal) -> "Figure":
+    """Return two functions between the same places overlaid, size and phase."""
+    figure, (upper, lower) = style.figure(7.4, 4.6, 2, sharex=True)
+    ratio, factor = read_ratio(*pair.units)
+    for name, values, how in zip(pair.names, pair.functions, (0, 1), strict=True):
+        upper.semilogy(pair.frequency, factor * np.abs(values), **style.line(how), label=name)
+        lower.plot(pair.frequency, unbroken_phase(values), **style.line(how))
+    upper.set_ylabel(f"|H1| [{ratio or '-'}]")
+    lower.set_ylabel("phase [°]")
+    lower.set_yticks([-180, -90, 0, 90, 180])
+    lower.set_xlabel("frequency [Hz]")
+    upper.set_title(
+        f"reciprocity: correlation {pair.correlation:.3f}, size {numeral(pair.ratio)}",
+        fontsize=9,
+    )
+    upper.legend(loc="best", fontsize=7)
+    return figure
+
+
+def trend_figure(analysis: ModalAnalysis) -> "Figure":
+    """Return frequency and damping of every mode over the tests, with 95 % bars."""
+    tests, tracks = analysis.tests, _tracked(analysis)
+    figure, axes = style.figure(7.4, 5.4, 3, sharex=True)
+    for number, track in enumerate(tracks):
+        places = [s.test for s in track.sightings]
+        sets = [(tests[s.test].modes, s.mode) for s in track.sightings]
+        colour = style.COLOURS[number % 6]
+        first = float(sets[0][0].frequency[sets[0][1]])
+        for axis, values, bounds in (
+            (
+                axes[0],
+                [100.0 * (float(m.frequency[i]) / first - 1.0) for m, i in sets],
+                [100.0 * (m.frequency_bounds[:, i] / first - 1.0) for m, i in sets],
+            ),
+            (
+                axes[1],
+                [100.0 * float(m.damping[i]) for m, i in sets],
+                [100.0 * m.damping_bounds[:, i] for m, i in sets],
+            ),
+        ):
+            reach = np.abs(np.array(bounds).T - np.array(values))
+            axis.errorbar(
+                places, values, yerr=reach, color=colour, marker="o", ms=3.5, lw=1.1,
+                capsize=2, label=f"{numeral(first, 4)} Hz",
+            )  # fmt: skip
+        axes[2].plot(
+            places, [np.nan if s.mac is None else s.mac for s in track.sightings],
+            color=colour, marker="o", ms=3.5, lw=1.1,
+        )  # fmt: skip
+    axes[0].set_ylabel("frequency, shift [%]")
+    axes[1].set_ylabel("damping [%]")
+    plain_logarithmic(axes[1])
+    axes[2].set_ylabel("MAC with the first")
+    axes[2].set_ylim(0.0, 1.05)
+    names = [f"{t.name}\n{t.test.level_text}".strip() for t in tests]
+    axes[2].set_xticks(range(len(tests)), names, fontsize=7.5)
+    axes[2].set_xlabel("test")
+    axes[2].set_xlim(-0.5, len(tests) - 0.5)
+    figure.suptitle("modes over the tests, 95 % intervals", fontsize=10, x=0.01, ha="left")
+    axes[0].legend(ncols=7, fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    return figure
+
+
+def plain_logarithmic(axis: "Axes") -> None:
+    """Make the vertical axis logarithmic with plain numbers at 1, 2 and 5 of each decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
+    axis.yaxis.set_minor_locator(NullLocator())

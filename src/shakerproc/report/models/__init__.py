@@ -1,0 +1,1 @@
+"""Figures of models and of tests that are planned: effects, studies, responses, coupons."""

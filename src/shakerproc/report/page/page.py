@@ -1,0 +1,268 @@
+"""The report: one HTML file that opens offline, prints completely and runs nobody's text."""
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, final
+
+from jinja2 import Environment
+from markupsafe import Markup
+
+from shakerproc import __version__, files
+from shakerproc.campaign.trend import Trend
+from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.report.figures import axes, image, live, style, to_svg
+from shakerproc.report.figures.units import USUAL, ShownUnits
+from shakerproc.report.page import templating
+from shakerproc.report.page.header import HeaderView, with_expired
+from shakerproc.report.page.methods import Methods, methods_of
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
+from shakerproc.report.runs import overview
+from shakerproc.report.runs.in_units import run_in, trend_in
+from shakerproc.report.runs.overview import Attention, Cell, Count, TableColumn, resonances
+from shakerproc.report.runs.view import RunView, run_view
+from shakerproc.report.trends.figures import page_figures
+from shakerproc.runs.summary import RunSummary
+
+_SHOWN: Final = 20
+"""Tests that are named at most."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """State of the page while its folder is watched.
+
+    Attributes
+    ----------
+    refresh : float
+        Time after which a browser loads the page again [s].
+    waiting : sequence of str
+        Tests whose recordings have not come yet.
+    """
+
+    refresh: float
+    waiting: Sequence[str] = ()
+
+    @property
+    def seconds(self) -> int:
+        """Whole seconds, as HTML takes them."""
+        return max(1, round(self.refresh))
+
+    @property
+    def sentence(self) -> str:
+        """The state in a sentence."""
+        told = f"Watched: this page reloads every {self.seconds} s"
+        if not self.waiting:
+            return f"{told}."
+        more = len(self.waiting) - _SHOWN
+        names = ", ".join([*self.waiting[:_SHOWN], *([f"{more} more"] if more > 0 else [])])
+        return f"{told}. Waiting for the recordings of: {names}."
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Contents of a report.
+
+    Attributes
+    ----------
+    title : str
+        Of the campaign.
+    runs : sequence of RunSummary
+        Every test of the log, in its order.
+    trends : sequence of Trend
+        What moves with what.
+    channel : str
+        Response channel that trends and the table of runs show.
+    command : str
+        How it was made.
+    options : mapping
+        Options that differ from the defaults.
+    verdict : str
+        Sentence to put before the trend's own.
+    sections : sequence of ReportSection
+        What comes between the trends and the runs.
+    without_points : sequence of str
+        Titles of trends for which the log has not two values with a run.
+    inputs : sequence of (str, str, str)
+        Further files that went in: what they are, their names and their SHA-256.
+    methods : Methods, optional
+        What was done; by default what the runs tell.
+    watched : Watched, optional
+        How the page follows a folder; by default it does not.
+    header : HeaderView, optional
+        What the log says for the customer.
+    units : ShownUnits
+        Units that a person chose; the usual ones where none is.
+    """
+
+    title: str
+    runs: Sequence[RunSummary]
+    trends: Sequence[Trend] = ()
+    channel: str = ""
+    command: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+    verdict: str = ""
+    sections: Sequence[ReportSection] = ()
+    without_points: Sequence[str] = ()
+    inputs: Sequence[tuple[str, str, str]] = ()
+    methods: Methods | None = None
+    watched: Watched | None = None
+    header: HeaderView | None = None
+    units: ShownUnits = USUAL
+
+
+@dataclass(frozen=True, slots=True)
+class _Page:
+    title: str
+    made: str
+    verdict: str
+    counts: Sequence[Count]
+    attention: Sequence[Attention]
+    columns: Sequence[TableColumn]
+    rows: Sequence[Sequence[Cell]]
+    table_note: str
+    trends: Sequence[PageFigure]
+    resonances: ReportTable | None
+    not_drawn: str
+    sections: Sequence[ReportSection]
+    runs: Sequence[RunView]
+    methods: Sequence[str]
+    references: Sequence[str]
+    provenance: Sequence[str]
+    inputs: Sequence[tuple[str, str, str]]
+    with_runs: bool
+    channel: str
+    watched: Watched | None
+    header: HeaderView | None
+
+
+UPLOT: Final = "1.6.32"
+"""Version of the script that draws on top of the figures (docs/decisions/0007)."""
+
+LOOK: Final = {
+    "colours": style.COLOURS,
+    "dashes": style.DASHES,
+    "markers": to_svg.MARKERS,
+    "steps": image.COLOURS,
+}
+
+
+def write_report(path: Path, report: Report) -> None:
+    """Write a report, whole or not at all."""
+    files.write_text(path, html(report))
+
+
+def html(report: Report) -> str:
+    """Return a report as one HTML document that needs no other file and no network."""
+    own = None if report.header is None else report.header.template
+    environment = templating.environment(own)
+    css = Markup(  # noqa: S704 - ours
+        environment.get_template("page.css").render(
+            uplot=_ours(environment, "vendor/uplot/uPlot.min.css"),
+            colours=style.COLOURS,
+            dashes=_dashes(),
+            shades=style.SHADES,
+        )
+    )
+    script = _script(environment)
+    content = {
+        "page": _page(report),
+        "look": live.quoted(json.dumps(LOOK)),
+        "style": css,
+        "script": script,
+        "style_hash": _source_hash(css),
+        "script_hash": _source_hash(script),
+    }
+    return axes.shared(templating.rendered(environment, own, content))
+
+
+def _ours(environment: Environment, name: str) -> Markup:
+    """Return a file of ours as it is."""
+    loader = environment.loader
+    assert loader is not None  # noqa: S101 - set where it is made
+    return Markup(loader.get_source(environment, name)[0])  # noqa: S704 - ours
+
+
+def _script(environment: Environment) -> Markup:
+    """Return uPlot with its licence, and what this page does with it, as one script."""
+    licence, drawing, page, shown = (
+        _ours(environment, name)
+        for name in (
+            "vendor/uplot/LICENSE.txt", "vendor/uplot/uPlot.iife.min.js", "page.js", "live.js"
+        )
+    )  # fmt: skip
+    drawing = drawing.partition("*/")[2].strip()  # its own heading; the licence says more
+    heading = f"/*! uPlot {UPLOT}\n\n{licence.strip()}\n*/"
+    return Markup("\n").join((Markup(heading), drawing, page, shown))  # noqa: S704 - ours
+
+
+def _dashes() -> list[str]:
+    """Return the dashes in steps of the drawings."""
+    return [" ".join(str(int(n) * axes.UNIT) for n in dash.split()) for dash in style.DASHES]
+
+
+def _source_hash(text: str) -> str:
+    """Return the name of a style or script in a content-security policy."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+
+
+def _page(report: Report) -> _Page:
+    units = report.units
+    shown = [run_in(run, units) for run in report.runs if run.status != "discarded"]
+    views = [run_view(run, i, units) for i, run in enumerate(shown, 1)]
+    methods = report.methods or methods_of(shown)
+    columns, rows = overview.table(shown, views, report.channel, units)
+    with_runs = bool(report.runs) or not report.sections
+    opening = overview.tally(report.runs) if with_runs else ""
+    return _Page(
+        title=report.title,
+        made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
+        verdict=units.text(
+            " ".join(filter(None, (opening, report.verdict or _told(report)))), [report.channel]
+        ),
+        counts=overview.counts(report.runs),
+        attention=overview.attention(shown, views),
+        columns=columns,
+        rows=rows,
+        table_note=overview.table_note(report.runs, report.channel),
+        trends=page_figures([trend_in(one, units) for one in report.trends]),
+        resonances=resonances(shown, report.channel),
+        not_drawn=_not_drawn(report),
+        sections=report.sections,
+        runs=views,
+        methods=methods.paragraphs,
+        references=methods.references,
+        provenance=_provenance(report, methods),
+        inputs=[
+            *report.inputs,
+            *((f"test {v.test}", v.recording, v.sha256) for v in views if v.sha256),
+        ],
+        with_runs=with_runs,
+        channel=report.channel,
+        watched=report.watched,
+        header=None if report.header is None else with_expired(report.header, report.runs),
+    )
+
+
+def _not_drawn(report: Report) -> str:
+    titles = "; ".join(title.rstrip(".") for title in report.without_points)
+    return f"Not drawn, as no two values have a run: {titles}." if titles else ""
+
+
+def _told(report: Report) -> str:
+    return trend_sentence(report.runs, report.channel)
+
+
+def _provenance(report: Report, methods: Methods) -> list[str]:
+    options = ", ".join(f"{name} = {value}" for name, value in report.options.items())
+    rest = "what the command says, the log says, and the defaults, in this order."
+    return [
+        f"shakerproc {__version__}; {methods.packages}.",
+        f"Command: {report.command}" if report.command else "",
+        f"Options: {options}" if options else f"Options: {rest}",
+        "Every number of this page is in report.json and the tables beside it.",
+    ]

@@ -1,0 +1,1 @@
+"""One run: its curves, figures and numbers, and the tables of all runs."""

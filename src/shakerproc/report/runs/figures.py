@@ -1,0 +1,260 @@
+"""Figures of a run, each described once, drawn as PNG and on the page."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Final
+
+from shakerproc import files
+from shakerproc.campaign import trends
+from shakerproc.numerals import numeral
+from shakerproc.report.figures import style
+from shakerproc.report.figures.figure import (
+    Axis,
+    Curve,
+    Figure,
+    Filling,
+    Image,
+    Mark,
+    Plot,
+    Span,
+)
+from shakerproc.report.runs.control import alarm_lines, control_told, level
+from shakerproc.report.runs.curves import (
+    RunContent,
+    even_axis,
+    frequency_axis,
+    logarithmic_axis,
+    outside,
+)
+from shakerproc.report.runs.responses import coherence, psd_ratio_plot, response
+from shakerproc.report.runs.sweeps import harmonics, harmonics_plot, sweep
+from shakerproc.runs.curves import RANGE_DB, RunCurve
+from shakerproc.runs.levels import density_unit
+from shakerproc.runs.summary import PeakSummary, RunSummary
+
+
+def time(content: RunContent) -> Figure | None:
+    """Return channels over the whole recording, what is cropped away shaded."""
+    curves, run = content.of("time"), content.run
+    if not curves or run.duration_s is None:
+        return None
+    axis, spans, notes = Axis("time [s]", 0.0, run.promised_s or run.duration_s), [], []
+    caption = "Extremes of each slice."
+    if run.crop_s is not None:
+        spans = [Span(0.0, run.crop_s[0]), Span(run.crop_s[1], axis.high)]
+        caption += " Grey is cropped away: the run should fill what is white."
+        notes.append(f"processed {run.crop_s[0]:.2f} to {run.crop_s[1]:.2f} s")
+    if content.of("threshold"):
+        caption += " Thin: threshold of the crop."
+        notes.append("thin: threshold of the crop")
+    marks = _happened(run, axis.high)
+    plots = [replace(_channel(content, c, axis), spans=spans, marks=marks) for c in curves]
+    below = [replace(plot, marks=[Mark(m.x, "") for m in marks]) for plot in plots[1:]]
+    first = replace(plots[0], title="Time", caption=caption)
+    return Figure("time", [first, *below], ", ".join(notes), together=True)
+
+
+def _channel(content: RunContent, curve: RunCurve, axis: Axis) -> Plot:
+    """Return one channel against time, with the threshold that it is compared with."""
+    limits = [c for c in content.of("threshold") if c.channel == curve.channel]
+    lines = [Curve("", c.x, c.y, style.ABORT_STYLE, thin=True) for c in limits]
+    low = curve.y if curve.low is None else curve.low
+    area = Filling(curve.channel, curve.x, low, curve.y, content.styles[curve.channel])
+    label = f"[{content.unit_of(curve.channel)}]"
+    return Plot(
+        [area, *lines],
+        axis,
+        even_axis(label, [low, curve.y, *(line.y for line in lines)]),
+        kind="time",
+        channel=curve.channel,
+        height=0.85,
+    )
+
+
+def _happened(run: RunSummary, end: float) -> list[Mark]:
+    """Return the events of the log, a doubtful start, and where the recording is cut off."""
+    marks = [Mark(at, files.printable(note)) for at, note in run.events if at <= end]
+    if run.crop_s is not None and any(flag.kind == "crop" for flag in run.flags):
+        marks.append(Mark(run.crop_s[0], "stands alone: a spike?"))
+    if run.incomplete and run.duration_s is not None:
+        marks.append(Mark(run.duration_s, f"cut off at {numeral(run.duration_s)} s"))
+    return marks
+
+
+def psd(content: RunContent) -> Figure | None:
+    """Return the density of every channel, two axes for each unit."""
+    plots = [_density(content, unit) for unit in content.units if content.of("psd", unit)]
+    height = 3.0 if len(plots) == 1 else 2.2
+    found = [replace(plot, height=height) for plot in plots]
+    return Figure("psd", found, _worth(content.run)) if found else None
+
+
+def _worth(run: RunSummary) -> str:
+    s = run.spectrum
+    return (
+        ""
+        if s is None
+        else f"bins {numeral(s.bin_width_hz)} Hz, {s.degrees_of_freedom:.0f} DOF"
+    )
+
+
+def _density(content: RunContent, unit: str) -> Plot:
+    """Return the densities of the channels of one unit, limits of the control among them."""
+    run, lines = content.run, content.lines("psd", unit)
+    axis, spread = frequency_axis(lines), _spread(run)
+    lines = [replace(line, spread=spread) for line in lines]
+    best = max(filter(None, _main_peaks(run, unit)), key=lambda p: p.height, default=None)
+    marks, caption = [], ""
+    if best is not None:
+        marks = [Mark(best.frequency_hz, f"peak {best.frequency_hz:.1f} Hz")]
+        caption = (
+            "The tallest peak of a response inside the excited band is its peak frequency."
+        )
+    limits = alarm_lines(run) if unit == content.control_unit else []
+    if limits:
+        caption += control_told(run, "band")
+    return Plot(
+        [*lines, *limits],
+        axis,
+        logarithmic_axis(f"PSD [{density_unit(unit)}]", lines),
+        marks,
+        outside(run, axis),
+        title="Power spectral density",
+        caption=caption,
+        kind="psd",
+    )
+
+
+def _spread(run: RunSummary) -> tuple[float, float] | None:
+    """Return the 95 % bounds of a density as multiples of it, None of blows."""
+    s = run.spectrum
+    if s is None or s.low_factor is None or s.high_factor is None:
+        return None
+    return s.low_factor, s.high_factor
+
+
+def _main_peaks(run: RunSummary, unit: str) -> list[PeakSummary | None]:
+    return [
+        trends.main_peak(run, c.name)
+        for c in run.channels
+        if c.role != "control" and c.unit == unit
+    ]
+
+
+def psd_and_response(content: RunContent) -> Figure | None:
+    """Return the thesis' two-in-one figure: densities above, PSD ratio below.
+
+    At a single frequency a ratio of densities says nothing: the harmonics stand there instead.
+    """
+    below = psd_ratio_plot(content) or harmonics_plot(content)
+    if below is None:
+        return None
+    unit = content.control_unit or content.unit_of(content.of("psd")[0].channel)
+    above = replace(_density(content, unit), height=2.85)
+    plots = [above, replace(below, height=2.85)]
+    return Figure("psd_and_response", plots, _worth(content.run))
+
+
+def notch(content: RunContent) -> Figure | None:
+    """Return two periods before and after the tone was taken out (figures 5.41 to 5.44)."""
+    curves = content.of("notch")
+    if not curves:
+        return None
+    tone = _tone(content.run)
+    plots = [
+        Plot(
+            lines,
+            Axis("time [s]", float(lines[0].x[0]), float(lines[0].x[-1])),
+            even_axis(f"[{content.unit_of(name)}]", [line.y for line in lines]),
+            title=f"Two periods of {name}, {tone} taken out",
+            caption="What is left is what the joint adds to the tone: nothing in a linear one.",
+            kind="notch",
+            channel=name,
+            height=1.2,
+        )
+        for name, lines in _before_and_after(content, curves).items()
+    ]
+    return Figure("notch", plots, f"two periods, {tone} taken out")
+
+
+def notch_psd(content: RunContent) -> Figure | None:
+    """Return the density of each response with and without the tone (figures 5.43 and 5.44)."""
+    curves = content.of("notch_psd")
+    if not curves:
+        return None
+    axis, tone = frequency_axis(curves), _tone(content.run)
+    plots = [
+        Plot(
+            lines,
+            axis,
+            logarithmic_axis(f"[{density_unit(content.unit_of(name))}]", lines),
+            spans=outside(content.run, axis),
+            title=f"Power spectral density of {name}, {tone} taken out",
+            kind="notch_psd",
+            channel=name,
+            height=1.8,
+        )
+        for name, lines in _before_and_after(content, curves).items()
+    ]
+    return Figure("notch_psd", plots, f"PSD, {tone} taken out")
+
+
+def _tone(run: RunSummary) -> str:
+    return trends.shown("notch_hz", run.facts.get("notch_hz"))
+
+
+def _before_and_after(
+    content: RunContent, curves: Sequence[RunCurve]
+) -> dict[str, list[Curve]]:
+    """Return the curves of each channel: before in grey, after in its colour."""
+    found: dict[str, list[Curve]] = {}
+    for c in curves:
+        before = c.part == "before"
+        number = style.CONTROL_STYLES[1] if before else content.styles[c.channel]
+        found.setdefault(c.channel, []).append(Curve(c.part, c.x, c.y, number))
+    return found
+
+
+def spectrogram(content: RunContent) -> Figure | None:
+    """Return the density of one channel against time and frequency."""
+    found = content.surface
+    if found is None:
+        return None
+    top = float(found.level.max())
+    image = Image(
+        found.time, found.frequency, found.level, top - RANGE_DB, top, f"dB re 1 {found.unit}"
+    )
+    plot = Plot(
+        [],
+        Axis("time [s]", float(found.time[0]), float(found.time[-1])),
+        Axis("frequency [Hz]", 0.0, float(found.frequency[-1])),
+        title="Spectrogram",
+        caption=f"Density of {found.channel} in dB re 1 {found.unit}; of neighbouring cells "
+        "the largest.",
+        image=image,
+        height=3.1,
+    )
+    return Figure("spectrogram", [plot], f"spectrogram of {found.channel}")
+
+
+FIGURES: Final[Mapping[str, Callable[[RunContent], Figure | None]]] = MappingProxyType({
+    "time": time,
+    "psd": psd,
+    "response": response,
+    "sweep": sweep,
+    "level": level,
+    "coherence": coherence,
+    "psd_and_response": psd_and_response,
+    "harmonics": harmonics,
+    "notch": notch,
+    "notch_psd": notch_psd,
+    "spectrogram": spectrogram,
+})
+"""Every figure of a run by its name, in the order of the page."""
+
+IN_FILES: Final = tuple(name for name in FIGURES if name != "harmonics")
+"""Those that are files; harmonics stand below the densities there."""
+
+ON_PAGE: Final = tuple(name for name in FIGURES if name != "psd_and_response")
+"""Those of the page, where densities and ratios are figures of their own."""

@@ -1,0 +1,236 @@
+"""A run and a trend with their numbers and sentences in the units of a report or a figure."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final, TypeAlias
+
+from shakerproc.campaign.trend import Trend, TrendPoint
+from shakerproc.report.figures.units import ShownUnits
+from shakerproc.runs.analysis import Panel, PanelScale
+from shakerproc.runs.curves import RunCurve, RunSurface
+from shakerproc.runs.summary import (
+    AnalysisSummary,
+    ChannelSummary,
+    CurveKind,
+    CurveSummary,
+    LineSummary,
+    PanelSummary,
+    PeakSummary,
+    RunSummary,
+    SurfaceSummary,
+    SweptPeak,
+    Value,
+)
+from shakerproc.runs.tables import IN_UNIT, heading
+
+_Number: TypeAlias = float | None
+
+OVER_CONTROL: Final = frozenset({"gain", "gain_root", "sweep"})
+"""Kinds of curves in units of the channel over those of the control."""
+
+DENSITIES: Final = frozenset({"psd", "notch_psd"})
+"""Kinds in squares of those of the channel."""
+
+PLAIN: Final = frozenset({
+    "coherence", "multiple_coherence", "phase", "psd_ratio", "sweep_phase", "sweep_harmonic",
+})  # fmt: skip
+"""Kinds that have a unit of their own."""
+
+
+def run_in(run: RunSummary, units: ShownUnits) -> RunSummary:
+    """Return a run as the report shows it."""
+    kept = words_of(run)
+    level_unit, level = units.unit(run.level_unit)
+    control = run.control and replace(run.control, demanded=run.control.demanded * level)
+    return replace(
+        run,
+        facts=_facts(run.facts, units),
+        measured_level=_times(run.measured_level, level),
+        level_unit=level_unit,
+        alarm=run.alarm and (run.alarm[0] * level, run.alarm[1] * level),
+        control=control,
+        channels=tuple(_channel(c, run, units) for c in run.channels),
+        curves=tuple(_curve(c, run, units) for c in run.curves),
+        flags=tuple(replace(f, message=units.text(f.message, kept)) for f in run.flags),
+        notes=tuple(units.text(note, kept) for note in run.notes),
+        analyses=tuple(_analysis(one, units, kept) for one in run.analyses),
+        surface=run.surface and _surface(run.surface, units),
+    )
+
+
+def words_of(run: RunSummary) -> list[str]:
+    """Return the words of the log that stand in sentences about a run."""
+    said = (run.facts.get(name) for name in ("comment", "specimen", "joint"))
+    return [*(c.name for c in run.channels), *(str(word) for word in said if word)]
+
+
+def trend_in(trend: Trend, units: ShownUnits) -> Trend:
+    """Return a trend as the report shows it."""
+    label, factor = units.label(trend.x_label)
+    return replace(
+        trend,
+        title=units.text(trend.title),
+        caption=units.text(trend.caption, [trend.channel]),
+        x_label=label,
+        series={
+            units.text(name): tuple(_point(p, factor) for p in points)
+            for name, points in trend.series.items()
+        },
+    )
+
+
+def _point(point: TrendPoint, factor: float) -> TrendPoint:
+    return replace(point, x=point.x * factor) if isinstance(point.x, float) else point
+
+
+def _facts(facts: Mapping[str, Value], units: ShownUnits) -> dict[str, Value]:
+    level = facts.get("level")
+    other = {"level": units.text(level)} if isinstance(level, str) else {}
+    return {**facts, **other}
+
+
+def _times(value: _Number, factor: float) -> _Number:
+    return None if value is None else value * factor
+
+
+def _all(values: tuple[_Number, ...], factor: float) -> tuple[_Number, ...]:
+    return tuple(_times(value, factor) for value in values)
+
+
+def _gain(channel: ChannelSummary, run: RunSummary, units: ShownUnits) -> float:
+    """Return the factor of a response function of a channel over the controls."""
+    over = next((c.unit for c in run.channels if c.role == "control"), channel.unit)
+    return units.unit(channel.unit)[1] / units.unit(over)[1]
+
+
+def _channel(channel: ChannelSummary, run: RunSummary, units: ShownUnits) -> ChannelSummary:
+    unit, factor = units.unit(channel.unit)
+    gain = _gain(channel, run, units)
+    return replace(
+        channel,
+        unit=unit,
+        mean=_times(channel.mean, factor),
+        rms=_times(channel.rms, factor),
+        minimum=_times(channel.minimum, factor),
+        maximum=_times(channel.maximum, factor),
+        band_rms=_times(channel.band_rms, factor),
+        psd_peaks=tuple(_peak(p, factor**2) for p in channel.psd_peaks),
+        response_peaks=tuple(_peak(p, gain) for p in channel.response_peaks),
+        swept_peaks=tuple(_swept(p, gain) for p in channel.swept_peaks),
+    )
+
+
+def _peak(peak: PeakSummary, factor: float) -> PeakSummary:
+    fitted = _times(peak.fitted_height, factor)
+    return replace(peak, height=peak.height * factor, fitted_height=fitted)
+
+
+def _swept(peak: SweptPeak, factor: float) -> SweptPeak:
+    steady = _times(peak.steady_gain, factor)
+    return replace(peak, gain=peak.gain * factor, steady_gain=steady)
+
+
+def _factor(kind: CurveKind, channel: str, run: RunSummary, units: ShownUnits) -> float:
+    """Return the factor of the curves of a kind of a channel."""
+    if kind == "level":
+        return units.unit(run.level_unit)[1]
+    of = next((c for c in run.channels if c.name == channel), None)
+    if of is None or kind in PLAIN:
+        return 1.0
+    factor = units.unit(of.unit)[1]
+    if kind in OVER_CONTROL:
+        return _gain(of, run, units)
+    return factor**2 if kind in DENSITIES else factor
+
+
+def _curve(curve: CurveSummary, run: RunSummary, units: ShownUnits) -> CurveSummary:
+    factor = _factor(curve.kind, curve.channel, run, units)
+    if factor == 1.0:
+        return curve
+    return replace(curve, y=_all(curve.y, factor), low=_all(curve.low, factor))
+
+
+def curve_in(curve: RunCurve, run: RunSummary, units: ShownUnits) -> RunCurve:
+    """Return a curve with all of its points in these units.
+
+    `run` is the run as its tables say it.
+    """
+    factor = _factor(curve.kind, curve.channel, run, units)
+    low = None if curve.low is None else curve.low * factor
+    return replace(curve, y=curve.y * factor, low=low)
+
+
+def surface_in(surface: RunSurface, units: ShownUnits) -> RunSurface:
+    """Return a spectrogram with all of its cells in these units."""
+    unit, factor = units.unit(surface.unit)
+    return replace(surface, unit=unit, level=surface.level + 10.0 * math.log10(factor))
+
+
+def _surface(surface: SurfaceSummary, units: ShownUnits) -> SurfaceSummary:
+    unit, factor = units.unit(surface.unit)
+    low, high = (
+        level + 10.0 * math.log10(factor) for level in (surface.low_db, surface.high_db)
+    )
+    return replace(surface, unit=unit, low_db=low, high_db=high)
+
+
+def _analysis(one: AnalysisSummary, units: ShownUnits, kept: list[str]) -> AnalysisSummary:
+    return replace(
+        one,
+        rows=tuple(_row(row, units) for row in one.rows),
+        told=tuple(units.text(text, kept) for text in one.told),
+        panels=tuple(_panel(panel, units, kept) for panel in one.panels),
+    )
+
+
+def _row(row: Mapping[str, Value], units: ShownUnits) -> dict[str, Value]:
+    """Return a row of a summary; a header whose unit is another is one for people."""
+    found: dict[str, Value] = {}
+    factors = {
+        name: units.unit(str(row[column]))[1]
+        for column, names in IN_UNIT.items()
+        for name in names
+        if column in row
+    }
+    for name, value in row.items():
+        if name in IN_UNIT:
+            found[name] = units.unit(str(value))[0]
+            continue
+        label, factor = units.label(heading(name))
+        factor *= factors.get(name, 1.0)
+        scaled = value * factor if isinstance(value, float) else value
+        found[label if label != heading(name) else name] = scaled
+    return found
+
+
+def _panel(panel: PanelSummary, units: ShownUnits, kept: list[str]) -> PanelSummary:
+    x, along = _scale(panel.x, units)
+    y, across = _scale(panel.y, units)
+    return replace(
+        panel,
+        caption=units.text(panel.caption, kept),
+        x=x,
+        y=y,
+        lines=tuple(_line(line, along, across, units) for line in panel.lines),
+    )
+
+
+def panel_in(panel: Panel, units: ShownUnits) -> Panel:
+    """Return a figure of an analysis with all of its points in these units."""
+    x, along = _scale(panel.x, units)
+    y, across = _scale(panel.y, units)
+    lines = tuple(replace(one, x=one.x * along, y=one.y * across) for one in panel.lines)
+    return replace(panel, caption=units.text(panel.caption), x=x, y=y, lines=lines)
+
+
+def _scale(scale: PanelScale, units: ShownUnits) -> tuple[PanelScale, float]:
+    label, factor = units.label(scale.label)
+    ends = scale.ends and (scale.ends[0] * factor, scale.ends[1] * factor)
+    return replace(scale, label=label, ends=ends), factor
+
+
+def _line(line: LineSummary, along: float, across: float, units: ShownUnits) -> LineSummary:
+    label = units.text(line.label) if line.look == "paper" else line.label
+    x = tuple(v * along for v in line.x)
+    return replace(line, label=label, x=x, y=_all(line.y, across))

@@ -1,0 +1,1 @@
+"""Trends over tests, and the changes since an earlier campaign."""
