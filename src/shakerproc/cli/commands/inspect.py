@@ -55,13 +55,8 @@ def inspect(
     try:
         whole = read_whole(recording, hashed=True)
     except SpectraError as error:
-        found: dict[str, object] = {
-            "schema": SCHEMA,
-            "file": recording,
-            "groups": [],
-            "notes": [],
-        }
-        output.write_json(found | {"holds": error.holds, "error": str(error)}, json)
+        document = {"schema": SCHEMA, "file": recording, "groups": [], "notes": []}
+        output.write_json(document | {"holds": error.holds, "error": str(error)}, json)
         told = f"{recording.name}: no samples over time: {error.holds}"
         output.data(told, json_target=json)
         return
