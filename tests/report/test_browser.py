@@ -232,7 +232,7 @@ def test_without_scripts_every_run_is_there(browser, page):
             return len(found["nodeIds"])
 
         assert count("article.run") == N_RUNS
-        assert count("article.run to_svg.plot") >= 4 * N_RUNS
+        assert count("article.run svg.plot") >= 4 * N_RUNS
         assert count("canvas") == 0
         assert count(".scripted:not([hidden])") == 0
     finally:

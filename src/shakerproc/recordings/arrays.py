@@ -33,7 +33,7 @@ _NEVER: Final[Mapping[str, datetime]] = MappingProxyType({})
 
 
 class ArrayLike(Protocol):
-    """What can be sliced like an array, in memory or in a file."""
+    """Samples that are sliced like an array, in memory or in a file."""
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -62,7 +62,7 @@ _EPOCH: Final = (946_684_800.0, 3_029_529_600.0)
 @final
 @dataclass(slots=True, eq=False)
 class _Group:
-    """What stands in a group: its variables, and when their time 0 is."""
+    """A group of a file: its variables, and when their time 0 is."""
 
     run: str
     name: str
@@ -193,7 +193,7 @@ def _groups(file: Any, run: str) -> Iterator[_Group]:
 
 
 def _members(group: Any) -> Iterator[tuple[str, Any]]:
-    """Yield what stands in a group, following no link out of it."""
+    """Yield the members of a group, following no link out of it."""
     import h5py
 
     for key in group:

@@ -77,7 +77,7 @@ class _Format:
 @final
 @dataclass(slots=True, eq=False)
 class _Found:
-    """What stands in a file."""
+    """The chunks of a file: format, samples, texts and start."""
 
     chunks: dict[bytes, _Chunk] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -262,7 +262,7 @@ def _format(content: bytes, place: int, order: str, run: str) -> _Format:
 
 
 def _decoding(said: _Format, order: str) -> Any:
-    """Return what makes shares of full scale of the numbers of a file; None for floats."""
+    """Return the function from numbers of a file to shares of full scale; None for floats."""
     if said.tag == _FLOAT:
         return None
     width = said.dtype.itemsize
@@ -319,7 +319,7 @@ def _begun(content: bytes, rate: int) -> tuple[datetime | None, float, float]:
 
 
 def _described(file: BinaryIO, found: _Found, said: _Format, run: str) -> Iterator[str]:
-    """Yield what is to be known of the samples, and what the file says of itself."""
+    """Yield notes on the samples, and the texts that the file carries."""
     bits = 8 * said.dtype.itemsize
     if said.tag == _PCM:
         yield (
