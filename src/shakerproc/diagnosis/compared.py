@@ -13,7 +13,7 @@ from shakerproc.models import Model
 
 @final
 class Comparisons:
-    """Models run free against the same tests, each as long as it is asked for, but once.
+    """Models run free against the same tests, each once however often it is asked for.
 
     Parameters
     ----------
