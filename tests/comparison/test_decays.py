@@ -161,6 +161,16 @@ def test_what_adds_an_effect_shows_the_decays_of_both_models(tmp_path):
     assert "What the model lacks" in text
 
 
+@pytest.mark.slow
+def test_a_decay_is_diagnosed_and_told_by_the_command(tmp_path, capsys, few_effects):
+    """No free-run error is asked of it: nothing drives the test."""
+    log, model = written(tmp_path, DECAYS["cubic"][0]())
+    words = ["diagnose", str(model), str(log), "--out", str(tmp_path / "out")]
+    assert run(*words) == 0
+    assert "The model lacks cubic stiffness between base and tip" in capsys.readouterr().out
+    assert (tmp_path / "out" / "report.html").exists()
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [({"fit": True}, "shakerproc add"), ({"before": "driven"}, "something drives the older")],

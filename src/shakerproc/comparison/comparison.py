@@ -13,7 +13,7 @@ from shakerproc.comparison.errors import Pair, SensorErrors, errors_of, pair_of
 from shakerproc.comparison.floor import Floor, floor_draws, floor_of, with_more_refuted
 from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
 from shakerproc.comparison.harmonics import HarmonicErrors, harmonic_errors
-from shakerproc.comparison.held_out import held_out
+from shakerproc.comparison.held_out import held_out as held_out_of
 from shakerproc.comparison.joints import JointMotion, NotTold, joint_motions
 from shakerproc.comparison.measured import Measured, usable_tests, with_repeats
 from shakerproc.comparison.noise import NOT_REFUTED
@@ -129,11 +129,7 @@ class Comparison:
     @property
     def fitted(self) -> float | None:
         """The free-run error over what is not held out; None where all is [-]."""
-        kept = held_out([test.measured for test in self.tests])
-        rest = [
-            test.prediction.scored.within(~inside)
-            for test, inside in zip(self.tests, kept, strict=True)
-        ]
+        rest = self._scored(held_out=False)
         return free_run_error(rest) if any(test.counted.any() for test in rest) else None
 
     @property
@@ -149,9 +145,13 @@ class Comparison:
     @property
     def scored_held_out(self) -> tuple[Scored, ...]:
         """What is held out of every test: tests that the log marks, else blocks of each."""
-        kept = held_out([test.measured for test in self.tests])
+        return self._scored(held_out=True)
+
+    def _scored(self, *, held_out: bool) -> tuple[Scored, ...]:
+        """Return every test with what is held out of it, or all but that."""
+        kept = held_out_of([test.measured for test in self.tests])
         return tuple(
-            test.prediction.scored.within(inside)
+            test.prediction.scored.within(inside == held_out)
             for test, inside in zip(self.tests, kept, strict=True)
         )
 
@@ -244,7 +244,7 @@ def _with_next_floors(
     model: Model, compared: Sequence[TestComparison], tests: Sequence[Measured]
 ) -> list[TestComparison]:
     """Return the tests with floors that no error refutes on what is held out of the fit."""
-    kept = held_out(tests)
+    kept = held_out_of(tests)
     refuted = dict.fromkeys((test.name for test in tests), NOT_REFUTED)
     found = list(compared)
     for _ in range(_SOURCES):

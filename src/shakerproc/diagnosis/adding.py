@@ -136,10 +136,8 @@ def add(
         force=force,
         progress=progress,
     )
-    errors = found.errors
-    if model.excitation.role is not None:
-        comparisons = Comparisons(measured, progress or (lambda _text: None))
-        errors = comparisons.errors(model, found.model, found.without, errors)
+    comparisons = Comparisons(measured, progress or (lambda _text: None))
+    errors = comparisons.errors(model, found.model, found.without, found.errors)
     return replace(
         found,
         errors=errors,

@@ -75,8 +75,6 @@ def diagnose_tests(
     """
     measured: Sequence[Measured] = usable.tests
     check_plausible(model, measured)  # before the long work
-    if comparisons is None and model.excitation.role is not None:
-        comparisons = Comparisons(measured, progress or (lambda _text: None))
     clearances = [float(m.test.actual_clearance or m.test.clearance or 0.0) for m in measured]
     found = diagnose_arrays(
         model,
@@ -86,7 +84,7 @@ def diagnose_tests(
         shaker=log.shaker,
         seed=seed,
         progress=progress,
-        comparisons=comparisons,
+        comparisons=comparisons or Comparisons(measured, progress or (lambda _text: None)),
     )
     return replace(found, notes=(*usable.left_out, *usable.notes, *found.notes))
 

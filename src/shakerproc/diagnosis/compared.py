@@ -26,6 +26,7 @@ class Comparisons:
     def __init__(self, tests: Sequence[Measured], tell: Callable[[str], None]) -> None:
         self.tests, self._tell = tests, tell
         self._made: list[tuple[Model, Comparison]] = []
+        self._pairs: list[tuple[tuple[Model, Model], tuple[Comparison, ...]]] = []
 
     def of(self, model: Model) -> Comparison:
         """Return the comparison of a model, with the sensors of the tests, with the tests.
@@ -35,8 +36,7 @@ class Comparisons:
         SimulationError
             If the motion runs away.
         """
-        sensors = {name: model.sensors[name] for name in self.tests[0].sensors}
-        model = replace(model, sensors=sensors)
+        model = self._seen(model)
         for known, found in self._made:
             if known == model:
                 return found
@@ -44,15 +44,26 @@ class Comparisons:
         self._made.append((model, found))
         return found
 
-    def alike(self, *models: Model) -> tuple[Comparison, ...]:
-        """Return the comparisons of models, scored in the same windows (see `scored_alike`).
+    def alike(self, before: Model, after: Model) -> tuple[Comparison, ...]:
+        """Return the comparisons of two models, scored in the same windows (`scored_alike`).
 
         Raises
         ------
         SimulationError
             If the motion of one runs away.
         """
-        return scored_alike(*map(self.of, models), tell=self._tell)
+        models = self._seen(before), self._seen(after)
+        for known, pair in self._pairs:
+            if known == models:
+                return pair
+        pair = scored_alike(*map(self.of, models), tell=self._tell)
+        self._pairs.append((models, pair))
+        return pair
+
+    def _seen(self, model: Model) -> Model:
+        """Return a model with the sensors of the tests alone."""
+        sensors = {name: model.sensors[name] for name in self.tests[0].sensors}
+        return replace(model, sensors=sensors)
 
     def errors(self, before: Model, after: Model, without: Model, own: Errors) -> Errors:
         """Return errors as `compare` tells them of the models, with those of candidates.
@@ -62,12 +73,19 @@ class Comparisons:
         before, after, without : Model
             The model of the file, what a diagnosis leads to, and that without effects.
         own : Errors
-            As candidates were compared; returned where a motion runs away or nothing is
-            held out.
+            As candidates were compared; returned where nothing drives the tests, a motion
+            runs away or nothing is held out.
         """
-        apart = () if without in (before, after) else (without,)
+        if before.excitation.role is None:
+            return own
+        alone = None
         try:
-            was, now, *bare = self.alike(before, after, *apart)
+            was, now = self.alike(before, after)
+            if without not in (before, after):
+                bare = compare_tests(
+                    self._seen(without), self.tests, windows=now.windows, tell=self._tell
+                )
+                alone = bare.held_out
         except SimulationError:
             return own
         pairs = [
@@ -78,5 +96,4 @@ class Comparisons:
         if len(pairs) < 2 or floor is None:
             return own
         horizon = {test.measured.name: test.prediction.horizon_s for test in now.tests}
-        alone = bare[0].held_out if bare else None
         return Errors(pairs[0], pairs[1], floor, horizon, alone, own)

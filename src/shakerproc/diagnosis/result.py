@@ -86,6 +86,11 @@ class Errors:
     of_candidates: "Errors | None" = None
 
     @property
+    def ahead_s(self) -> tuple[float, ...]:
+        """How far ahead motions are predicted, the shortest first; empty of whole tests [s]."""
+        return tuple(sorted({s for s in self.horizon_s.values() if s is not None}))
+
+    @property
     def among(self) -> "Errors":
         """The errors as candidates are compared."""
         return self.of_candidates or self

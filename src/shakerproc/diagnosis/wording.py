@@ -272,9 +272,8 @@ def _judged(errors: Errors, said: str) -> str:
     own = errors.among
     if abs(own.held_out.after - errors.held_out.after) <= NEGLIGIBLE:
         return said
-    ahead = sorted({s for s in own.horizon_s.values() if s is not None})
     fitted = "With gains and delays of sensors, further modes and what each test has fitted"
-    how = f"Judged {numeral(ahead[0], 2)} s ahead" if ahead else fitted
+    how = f"Judged {numeral(own.ahead_s[0], 2)} s ahead" if own.ahead_s else fitted
     return f"{how}: {said[0].lower()}{said[1:]}"
 
 

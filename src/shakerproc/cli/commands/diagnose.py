@@ -161,8 +161,7 @@ def _not_fitted(candidate: "Tried") -> str:
 
 def _title(errors: "Errors") -> str:
     """Return what the errors of candidates are, which `errors` are compared as."""
-    ahead = sorted({s for s in errors.horizon_s.values() if s is not None})
-    how = f", predicted {numeral(ahead[0], 2)} s ahead" if ahead else ""
+    how = f", predicted {numeral(errors.ahead_s[0], 2)} s ahead" if errors.ahead_s else ""
     return f"Candidates, best first{how}"
 
 

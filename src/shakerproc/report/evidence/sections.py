@@ -181,8 +181,7 @@ def _confidence(diagnosis: Diagnosis) -> list[str]:
 
 def _horizon(diagnosis: Diagnosis) -> str:
     """Return how far ahead the models of a diagnosis predict, as a sentence."""
-    lengths = diagnosis.errors.among.horizon_s.values()
-    found = {length for length in lengths if length is not None}
+    found = diagnosis.errors.among.ahead_s
     if not found:
         return "Free-run simulation of whole tests."
     return (
