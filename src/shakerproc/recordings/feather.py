@@ -7,7 +7,7 @@ from typing import Any, Final, final
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
 from shakerproc.recordings.guard import foreign
-from shakerproc.recordings.parquet import ParquetSource, file_of_table
+from shakerproc.recordings.parquet import file_of_table, read_first_pieces
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.trial import check_survived
 
@@ -33,12 +33,7 @@ def read_feather(path: Path, run: str) -> RawFile:
 
 def try_feather(path: Path) -> None:
     """Open a file and read the first piece of each batch; the process may die of it."""
-    source = _opened(path, path.name).source
-    try:
-        if isinstance(source, ParquetSource):
-            source.read_beginnings()
-    finally:
-        source.close()
+    read_first_pieces(_opened(path, path.name))
 
 
 def _opened(path: Path, run: str) -> RawFile:

@@ -55,7 +55,12 @@ def read_parquet(path: Path, run: str) -> RawFile:
 
 def try_parquet(path: Path) -> None:
     """Open a file and read the first piece of each row group; the process may die of it."""
-    source = _opened(path, path.name).source
+    read_first_pieces(_opened(path, path.name))
+
+
+def read_first_pieces(table: RawFile) -> None:
+    """Read the first piece of each row group or batch of an open table, and close it."""
+    source = table.source
     try:
         if isinstance(source, ParquetSource):
             source.read_beginnings()
