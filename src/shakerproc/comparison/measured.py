@@ -35,6 +35,7 @@ from shakerproc.models import Model
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
 from shakerproc.runs.remarks import unused_lines
+from shakerproc.simulation.assembly import assemble
 from shakerproc.testlog import Test, TestLog
 
 REACH: Final = 3.0
@@ -320,11 +321,14 @@ def measure(
         check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
+        means = run.mean(axis=1, keepdims=True)
+        if mean_counts(model):
+            means[inputs] = 0.0
+        if model.excitation.imposed:
+            means[rows] = 0.0
+        samples = samples - means
         chosen = (samples[inputs] if inputs else nothing, samples[rows])
-        found = _measured(
-            recording, test, chosen, tuple(model.sensors), part,
-            centred=not model.excitation.imposed,  # where in its play a joint stands counts
-        )  # fmt: skip
+        found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(
             found,
             notes=(*found.notes, *faults, *few),
@@ -340,6 +344,19 @@ def measure(
         )
 
 
+def mean_counts(model: Model) -> bool:
+    """Return whether the mean of what drives a model counts.
+
+    Where a motion is imposed: where in its play a joint stands. Where a force acts on masses
+    that no spring holds: it accelerates them. Else a sensor's mean is none of the vibration.
+    """
+    if model.excitation.role != "force":
+        return model.excitation.imposed
+    n = len(model.masses)
+    stiffness = assemble(model).machine.matrix[:n, :n]
+    return bool(np.linalg.matrix_rank(stiffness) < n)
+
+
 def gain_spread(recording: Recording, row: int) -> float:
     """Return the standard uncertainty of the gain of a channel [-]."""
     expanded = recording.channels[row].uncertainty
@@ -352,15 +369,10 @@ def _measured(
     samples: tuple[FloatArray, FloatArray],
     sensors: tuple[str, ...],
     part: Part,
-    *,
-    centred: bool,
 ) -> Measured:
     controls, responses = samples
     rate = recording.sample_rate
     start, stop = part.start - part.first, part.stop - part.first
-    if centred:
-        controls = controls - controls[:, start:stop].mean(axis=1, keepdims=True)
-        responses = responses - responses[:, start:stop].mean(axis=1, keepdims=True)
     quiet = quiet_of(controls, responses, rate)
     excited = _excited(test, rate)
     low, high = excited

@@ -72,17 +72,7 @@ class OneMore:
         (see `Fit`) is below that of the condition. What was fitted before is not fitted again.
         """
         groups = grouped([start for start in starts if start.kept])
-        order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
-        first = self._first_fits
-        for group in order:
-            if group in first:
-                continue
-            self.say(f"{group[0]} between {' and '.join(group[1])}")
-            best = self._first(group, groups[group], first)
-            if best is None:
-                self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
-            else:
-                first[group] = best
+        first = self._fitted_first(groups)
         self.say("longer windows")
         first = self._first_fits = self._as_recorded(first)
         self.least = min((one.level for one in first.values()), default=np.inf)
@@ -115,8 +105,26 @@ class OneMore:
             }
         return sorted(standing.values(), key=lambda one: one.level)
 
-    def left_behind(self) -> list[Fit]:
-        """Return the best fit of each effect and joint, in the longest windows it came to."""
+    def _fitted_first(self, groups: Mapping[Group, Sequence[Start]]) -> dict[Group, Fit]:
+        """Return the fits to the shortest windows, the simple ones made first."""
+        first = self._first_fits
+        for group in sorted(groups, key=lambda group: self._size(group[0], group[1])):
+            if group in first:
+                continue
+            self.say(f"{group[0]} between {' and '.join(group[1])}")
+            best = self._first(group, groups[group], first)
+            if best is None:
+                self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
+            else:
+                first[group] = best
+        return first
+
+    def every(self, starts: Sequence[Start]) -> list[Fit]:
+        """Return the best fit of each effect and joint, in the longest windows it came to.
+
+        Also of those that seemed not worth one.
+        """
+        self._fitted_first(grouped(starts))
         best: dict[tuple[str, Joint], tuple[float, Fit]] = {}
         for group, first in self._first_fits.items():
             grown = [self._grown.get((group, windows)) for windows in self.stages.windows]

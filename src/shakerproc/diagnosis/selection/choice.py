@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.diagnosis.estimation.intervals import estimates
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import PARTED, beyond_noise, error_of
 from shakerproc.diagnosis.selection.scores import (
@@ -50,12 +51,27 @@ def standing_of(found: Found) -> list[Score]:
             for s in better
             if _lowers(found, s) and _holds_on(found, s, [bare(found), *_with_fewer(found, s)])
         ]
+    named = [s for s in named if _are_told(s)]
     return simplest_alike(named) if named else []
+
+
+def _are_told(score: Score) -> bool:
+    """Return whether tests bound a number of each effect: else none of it was seen in them."""
+    fit = score.fit
+    return all(
+        any(isinstance(n.value, str) or (n.low, n.high) != (None, None) for n in own.values())
+        for own in (estimates(fit, i) for i in range(len(fit.hypothesis.added)))
+    )
 
 
 def leaves_more(found: Found, score: Score) -> bool:
     """Return whether more is left than is known to be noise, by what sensors can tell."""
     return found.left_by(score) > NEGLIGIBLE and not found.is_explained_by(score)
+
+
+def wants_more(found: Found) -> bool:
+    """Return whether no effect stands, and the model without any leaves more than noise."""
+    return not standing_of(found) and leaves_more(found, bare(found))
 
 
 def needs_none(found: Found) -> bool:

@@ -16,6 +16,7 @@ from shakerproc.diagnosis.estimation.intervals import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
@@ -73,7 +74,8 @@ def judged(
     fit, data = chosen.fit, found.data
     (before, after), own = errors_among(found, chosen)
     apart = unexplained_tests(found, chosen, after)
-    complete = not (leaves_more(found, chosen) or apart)
+    short = not leaves_more(found, chosen) and falls_short(found, chosen)
+    complete = not (leaves_more(found, chosen) or apart or short)
     left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
@@ -91,6 +93,7 @@ def judged(
     elif effects:
         verdict, said = "effect found", wording.found_sentence(effects, faults, errors, alike)
         sentence = _with_rest(said, found, chosen, errors, left, after=after, apart=apart)
+        sentence += number_wording.short_sentence(found.form.horizon) * short
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
