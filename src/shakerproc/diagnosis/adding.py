@@ -173,9 +173,7 @@ def add_to_arrays(
         check(test, len(names))
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     say = progress or (lambda _text: None)
-    fitted = fitted_effect(
-        known, prepared(tests, mean_counts=mean_counts(known)), wanted, say
-    )
+    fitted = fitted_effect(known, prepared(tests, mean_counts=mean_counts(known)), wanted, say)
     say("errors")
     found = _added(model, fitted)
     if found.worse and not force:

@@ -120,10 +120,7 @@ class OneMore:
         return first
 
     def every(self, starts: Sequence[Start]) -> list[Fit]:
-        """Return the best fit of each effect and joint, in the longest windows it came to.
-
-        Also of those that seemed not worth one.
-        """
+        """Return the best fit of each effect, worth one or not, in the longest windows."""
         self._fitted_first(grouped(starts))
         best: dict[tuple[str, Joint], tuple[float, Fit]] = {}
         for group, first in self._first_fits.items():

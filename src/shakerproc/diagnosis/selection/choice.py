@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.diagnosis.estimation.intervals import estimates
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import PARTED, beyond_noise, error_of
 from shakerproc.diagnosis.selection.scores import (
@@ -51,17 +50,8 @@ def standing_of(found: Found) -> list[Score]:
             for s in better
             if _lowers(found, s) and _holds_on(found, s, [bare(found), *_with_fewer(found, s)])
         ]
-    named = [s for s in named if _are_told(s)]
+    named = [s for s in named if found.tells(s)]
     return simplest_alike(named) if named else []
-
-
-def _are_told(score: Score) -> bool:
-    """Return whether tests bound a number of each effect: else none of it was seen in them."""
-    fit = score.fit
-    return all(
-        any(isinstance(n.value, str) or (n.low, n.high) != (None, None) for n in own.values())
-        for own in (estimates(fit, i) for i in range(len(fit.hypothesis.added)))
-    )
 
 
 def leaves_more(found: Found, score: Score) -> bool:

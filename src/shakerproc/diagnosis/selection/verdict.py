@@ -86,14 +86,14 @@ def judged(
     told_by = None if outside or locked or faults or found.rigid else comparisons
     errors = errors_told(found, effects, linear, own, told_by)
     if outside:
-        verdict, sentence = "outside library", outside_sentence(found, effects, own)
-        effects = []
+        sentence = outside_sentence(found, effects, own)
+        verdict, effects = "outside library", []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
         verdict, said = "effect found", wording.found_sentence(effects, faults, errors, alike)
-        sentence = _with_rest(said, found, chosen, errors, left, after=after, apart=apart)
-        sentence += number_wording.short_sentence(found.form.horizon) * short
+        rest = _rest(found, chosen, errors, left, after=after, apart=apart, short=short)
+        sentence = f"{said} {rest}".strip()
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
@@ -102,7 +102,7 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, verdict)
-    scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
+    scores = scores_of(found, standing, own)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -123,10 +123,15 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        confidence=probability_of(scores) if drawn and complete else None,
+        confidence=_probability(found, scores) if complete else None,
         scores=scores,
         seed=seed,
     )
+
+
+def _probability(found: Found, scores: Mapping[str, float]) -> float | None:
+    """Return the probability of a verdict [-]; none was calibrated on component tests."""
+    return None if found.data.model.excitation.imposed else probability_of(scores)
 
 
 def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], bool]:
@@ -137,11 +142,11 @@ def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], 
     return faults, open_ones, bool(faults) and is_at_fault(found, chosen)
 
 
-def _with_rest(
-    said: str, found: Found, chosen: Score, errors: Errors, left: Where,
-    *, after: Simulated, apart: Sequence[OneTest],
+def _rest(
+    found: Found, chosen: Score, errors: Errors, left: Where,
+    *, after: Simulated, apart: Sequence[OneTest], short: bool,
 ) -> str:  # fmt: skip
-    """Return the sentence on effects that were found with what is said beside them.
+    """Return the sentences beside the one on effects that were found.
 
     Which numbers no test tells, which test alone shows the effects, and what is left.
     """
@@ -155,7 +160,9 @@ def _with_rest(
         beside.append(wording.more_sentence(errors, left, found.data.model.motion))
     if apart and not leaves_more(found, chosen):
         beside.append(number_wording.unexplained_sentence(apart[0]))
-    return " ".join([said, *beside])
+    if short:
+        beside.append(number_wording.short_sentence(found.form.horizon))
+    return " ".join(beside)
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
