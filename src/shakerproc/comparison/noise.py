@@ -112,7 +112,8 @@ def noise_of(
 
     That of the responses is what they hold at rest; where the recording has no rest, half of
     what differs between repeats of the test or of its period; else what a free decay holds
-    beside its modes, or what is left above the excited band. That of several controls is what they do not have in common while they move.
+    beside its modes, or what is left above the excited band. That of several controls is what
+    they do not have in common while they move.
     None is below what the recorder resolves.
 
     Parameters

@@ -166,7 +166,7 @@ def _at_most(
     twins: Sequence[Channels],
     others: Sequence[Source],
 ) -> FloatArray:
-    """Return what a rest holds, and where it still moves as the run does, no more than others say.
+    """Return the density of a rest, where it still moves no more than others say.
 
     The tail of a decay and the begin of a quake hold motion that no control tells.
     """
@@ -286,7 +286,7 @@ def input_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
 
 
 def responses_of_decay(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
-    """Return what a free decay holds beside its modes, the same everywhere."""
+    """Return the noise of a free decay beside its modes, the same everywhere."""
     return None if test.controls.any() else _quartile(test.responses, test, 0.0)
 
 

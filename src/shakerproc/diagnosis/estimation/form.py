@@ -143,25 +143,26 @@ def forms_of(data: DataSet) -> list[Form]:
     for periods in HORIZONS:
         length_s = (periods + RUN_IN) * data.unit_s
         length, run_in = TAPS + int(length_s * rate), _run_in(data, length_s)
-        parts = [
+        fitted, scored, held_out = (
             windows_of(data, length, held_out=kept, most=most, run_in=own)
             for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))
-        ]
-        found.append(Form(length / rate, *parts))
+        )
+        found.append(Form(length / rate, fitted, scored, held_out))
     if all(test.at_rest for test in data.tests):
         whole = whole_tests(data, held_out=False)
         return [*found, Form(None, whole, whole, whole_tests(data, held_out=True))]
     for parts_of in (whole_stretches, whole_from_starts):
         longest_s = found[-1].horizon or 0.0
         run_in = _run_in(data, longest_s)
-        parts = [
+        fitted, scored, held_out = (
             parts_of(data, held_out=kept, run_in=own)
             for kept, own in ((False, 0), (False, run_in), (True, run_in))
-        ]
+        )
+        parts = (fitted, scored, held_out)
         sizes = [int(part.table[:, 2].min()) for part in parts if len(part)]
         shortest_s = min(sizes, default=0) / rate
         if shortest_s > longest_s:
-            found.append(Form(shortest_s, *parts))
+            found.append(Form(shortest_s, fitted, scored, held_out))
     return found
 
 

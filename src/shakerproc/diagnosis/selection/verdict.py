@@ -86,14 +86,16 @@ def judged(
     told_by = None if outside or locked or faults or found.rigid else comparisons
     errors = errors_told(found, effects, linear, own, told_by)
     if outside:
-        sentence = outside_sentence(found, effects, own)
-        verdict, effects = "outside library", []
+        verdict, effects, sentence = (
+            "outside library",
+            [],
+            outside_sentence(found, effects, own),
+        )
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
         verdict, said = "effect found", wording.found_sentence(effects, faults, errors, alike)
-        rest = _rest(found, chosen, errors, left, after=after, apart=apart, short=short)
-        sentence = f"{said} {rest}".strip()
+        sentence = said + _rest(found, chosen, errors, left, after, apart, short=short)
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
@@ -143,8 +145,8 @@ def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], 
 
 
 def _rest(
-    found: Found, chosen: Score, errors: Errors, left: Where,
-    *, after: Simulated, apart: Sequence[OneTest], short: bool,
+    found: Found, chosen: Score, errors: Errors, left: Where, after: Simulated,
+    apart: Sequence[OneTest], *, short: bool,
 ) -> str:  # fmt: skip
     """Return the sentences beside the one on effects that were found.
 
@@ -162,7 +164,7 @@ def _rest(
         beside.append(number_wording.unexplained_sentence(apart[0]))
     if short:
         beside.append(number_wording.short_sentence(found.form.horizon))
-    return " ".join(beside)
+    return "".join(f" {one}" for one in beside)
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
