@@ -204,7 +204,7 @@ def _rounds(campaign: Campaign, best: Fit, one: Fit) -> int:
 
 
 def falls_short(found: Found, score: Score) -> bool:
-    """Return whether a hypothesis predicts worse at a longer horizon that noise lets predict."""
+    """Return whether a hypothesis fails at a longer horizon at which noise lets predict."""
     beyond = found.form.beyond
     if beyond is None:
         return False

@@ -74,8 +74,7 @@ def judged(
     fit, data = chosen.fit, found.data
     (before, after), own = errors_among(found, chosen)
     apart = unexplained_tests(found, chosen, after)
-    short = not leaves_more(found, chosen) and falls_short(found, chosen)
-    complete = not (leaves_more(found, chosen) or apart or short)
+    complete, short = _completeness(found, chosen, apart)
     left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
@@ -86,16 +85,15 @@ def judged(
     told_by = None if outside or locked or faults or found.rigid else comparisons
     errors = errors_told(found, effects, linear, own, told_by)
     if outside:
-        verdict, effects, sentence = (
-            "outside library",
-            [],
-            outside_sentence(found, effects, own),
-        )
+        verdict, sentence = "outside library", outside_sentence(found, effects, own)
+        effects = []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
         verdict, said = "effect found", wording.found_sentence(effects, faults, errors, alike)
-        sentence = said + _rest(found, chosen, errors, left, after, apart, short=short)
+        sentence = said + _rest(
+            found, chosen, errors, left, after=after, apart=apart, short=short
+        )
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
@@ -131,6 +129,14 @@ def judged(
     )
 
 
+def _completeness(found: Found, chosen: Score, apart: Sequence[OneTest]) -> tuple[bool, bool]:
+    """Return whether no more than noise is left, and whether more is only further ahead."""
+    if leaves_more(found, chosen):
+        return False, False
+    short = falls_short(found, chosen)
+    return not (apart or short), short
+
+
 def _probability(found: Found, scores: Mapping[str, float]) -> float | None:
     """Return the probability of a verdict [-]; none was calibrated on component tests."""
     return None if found.data.model.excitation.imposed else probability_of(scores)
@@ -145,8 +151,8 @@ def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], 
 
 
 def _rest(
-    found: Found, chosen: Score, errors: Errors, left: Where, after: Simulated,
-    apart: Sequence[OneTest], *, short: bool,
+    found: Found, chosen: Score, errors: Errors, left: Where,
+    *, after: Simulated, apart: Sequence[OneTest], short: bool,
 ) -> str:  # fmt: skip
     """Return the sentences beside the one on effects that were found.
 
