@@ -19,7 +19,6 @@ from blind.campaigns import draw
 from configs.benchmarks import convert
 
 from blind import folder
-from shakerproc.comparison.measured import mean_counts
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
@@ -36,7 +35,7 @@ def run(place: Path) -> None:
     model = read_model(place / "model.yaml")
     measured = tests_of(read_testlog(place / "testlog.yaml"), model).tests
     sensors = {name: model.sensors[name] for name in measured[0].sensors}
-    tests = prepared([arrays(one) for one in measured], mean_counts=mean_counts(model))
+    tests = prepared([arrays(one) for one in measured], imposed=model.excitation.imposed)
     begin = time.process_time()
     campaign = campaign_of(replace(model, sensors=sensors), tests)
     ladder = ladder_of(campaign.data)

@@ -91,7 +91,7 @@ def test_the_linear_part_of_a_component_test_does_not_depend_on_the_damping_of_t
     tests = pair_of(lambda _, v: FRICTION * np.sign(v))
     spring = rod().elements[0]
     given = replace(rod(), elements=(spring, Element(EFFECTS["damper"](damping), ROD)))
-    data = campaign_of(given, prepared(tests, mean_counts=True)).data
+    data = campaign_of(given, prepared(tests, imposed=True)).data
     fit = component_tests.linear_fit(data, component_tests.form_of(data))
     fitted = {name.split()[0]: one.value for name, one in linear_estimates(fit).items()}
     x, force = tests[0].controls[0], tests[0].responses[0]

@@ -35,7 +35,6 @@ from shakerproc.models import Model
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
 from shakerproc.runs.remarks import unused_lines
-from shakerproc.simulation.assembly import assemble
 from shakerproc.testlog import Test, TestLog
 
 REACH: Final = 3.0
@@ -321,12 +320,8 @@ def measure(
         check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
-        means = run.mean(axis=1, keepdims=True)
-        if mean_counts(model):
-            means[inputs] = 0.0
-        if model.excitation.imposed:
-            means[rows] = 0.0
-        samples = samples - means
+        if not model.excitation.imposed:  # where in its play a joint stands counts
+            samples = samples - run.mean(axis=1, keepdims=True)
         chosen = (samples[inputs] if inputs else nothing, samples[rows])
         found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(
@@ -342,19 +337,6 @@ def measure(
                 *(gain_spread(recording, row) for row in rows),
             ),
         )
-
-
-def mean_counts(model: Model) -> bool:
-    """Return whether the mean of what drives a model counts.
-
-    Where a motion is imposed: where in its play a joint stands. Where a force acts on masses
-    that no spring holds: it accelerates them. Else a sensor's mean is none of the vibration.
-    """
-    if model.excitation.role != "force":
-        return model.excitation.imposed
-    n = len(model.masses)
-    stiffness = assemble(model).machine.matrix[:n, :n]
-    return bool(np.linalg.matrix_rank(stiffness) < n)
 
 
 def gain_spread(recording: Recording, row: int) -> float:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from typing import Final, final
 
 from shakerproc.comparison.free_run_error import fall
-from shakerproc.comparison.measured import mean_counts
 from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
@@ -173,7 +172,9 @@ def add_to_arrays(
         check(test, len(names))
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     say = progress or (lambda _text: None)
-    fitted = fitted_effect(known, prepared(tests, mean_counts=mean_counts(known)), wanted, say)
+    fitted = fitted_effect(
+        known, prepared(tests, imposed=known.excitation.imposed), wanted, say
+    )
     say("errors")
     found = _added(model, fitted)
     if found.worse and not force:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from shakerproc.comparison.measured import Measured, Usable, mean_counts
+from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.compared import Comparisons
@@ -135,12 +135,12 @@ def diagnose_arrays(
         check(test, len(names))
     say = progress or (lambda _text: None)
     known = replace(model, sensors={name: model.sensors[name] for name in names})
-    imposed, counts = known.excitation.imposed, mean_counts(known)
+    imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
     refuted: dict[str, Refuted] = {}
 
     def estimated(less: Mapping[str, Refuted]) -> Sequence[Test]:
-        return prepared(tests, mean_counts=counts, refuted=less)
+        return prepared(tests, imposed=imposed, refuted=less)
 
     found = seek(known, estimated(refuted), say)
     while (more := with_more_refuted(found, refuted, estimated)) != refuted:

@@ -165,7 +165,7 @@ class Test:
 def prepared(
     tests: Sequence[TestArrays],
     *,
-    mean_counts: bool = False,
+    imposed: bool = False,
     refuted: Mapping[str, Refuted] = MappingProxyType({}),
 ) -> tuple[Test, ...]:
     """Return tests as the estimation needs them.
@@ -174,8 +174,9 @@ def prepared(
     ----------
     tests : sequence of TestArrays
         Tests of one campaign.
-    mean_counts : bool
-        Whether the mean of the input is kept (see `comparison.mean_counts`).
+    imposed : bool
+        Whether a displacement is imposed: where in its play a joint stands then counts, so that
+        the mean of the input is kept.
     refuted : mapping of str to Refuted
         Sources of noise that are no floor, by the name of the test.
     """
@@ -186,11 +187,11 @@ def prepared(
     for test, own in zip(tests, channels, strict=True):
         twins = [other for other in channels if other is not own]
         noise = noise_of(own, twins, refuted.get(test.name, NOT_REFUTED))
-        found.append(_prepared(test, noise, mean_counts=mean_counts))
+        found.append(_prepared(test, noise, imposed=imposed))
     return tuple(found)
 
 
-def _prepared(arrays: TestArrays, noise: Noise, *, mean_counts: bool) -> Test:
+def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
     responses = arrays.responses - arrays.responses.mean(axis=1, keepdims=True)
     rate = arrays.sample_rate
@@ -209,7 +210,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, mean_counts: bool) -> Test:
     at_limit, limits = clipped(arrays.responses)
     return Test(
         arrays=arrays,
-        input=(arrays.controls if mean_counts else controls).mean(axis=0),
+        input=(arrays.controls if imposed else controls).mean(axis=0),
         responses=responses,
         band=(LOW_SHARE * low, highest),
         start=start,

@@ -29,7 +29,6 @@ from shakerproc.diagnosis.selection.choice import (
     standing_of,
 )
 from shakerproc.diagnosis.selection.each_test import (
-    OneTest,
     Simulated,
     shown_by_one,
     unexplained_tests,
@@ -73,8 +72,8 @@ def judged(
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
     (before, after), own = errors_among(found, chosen)
-    apart = unexplained_tests(found, chosen, after)
-    complete, short = _completeness(found, chosen, apart)
+    apart = _doubts(found, chosen, after)
+    complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
@@ -91,9 +90,7 @@ def judged(
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
         verdict, said = "effect found", wording.found_sentence(effects, faults, errors, alike)
-        sentence = said + _rest(
-            found, chosen, errors, left, after=after, apart=apart, short=short
-        )
+        sentence = _with_rest(said, found, chosen, errors, left, after=after, apart=apart)
     elif faults and (at_fault or not missing):
         verdict = "measurement fault"
         sentence = wording.fault_sentence(faults, errors, alone=not missing)
@@ -102,7 +99,7 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, verdict)
-    scores = scores_of(found, standing, own)
+    scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -123,23 +120,19 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        confidence=_probability(found, scores) if complete else None,
+        confidence=probability_of(scores) if drawn and complete else None,
         scores=scores,
         seed=seed,
     )
 
 
-def _completeness(found: Found, chosen: Score, apart: Sequence[OneTest]) -> tuple[bool, bool]:
-    """Return whether no more than noise is left, and whether more is only further ahead."""
-    if leaves_more(found, chosen):
-        return False, False
-    short = falls_short(found, chosen)
-    return not (apart or short), short
-
-
-def _probability(found: Found, scores: Mapping[str, float]) -> float | None:
-    """Return the probability of a verdict [-]; none was calibrated on component tests."""
-    return None if found.data.model.excitation.imposed else probability_of(scores)
+def _doubts(found: Found, chosen: Score, after: Simulated) -> list[str]:
+    """Return the sentences on a test, and on times ahead, of which more than noise is left."""
+    apart = unexplained_tests(found, chosen, after)
+    told = [number_wording.unexplained_sentence(one) for one in apart[:1]]
+    if not leaves_more(found, chosen) and falls_short(found, chosen):
+        told.append(number_wording.short_sentence(found.form.horizon))
+    return told
 
 
 def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], bool]:
@@ -150,11 +143,11 @@ def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], 
     return faults, open_ones, bool(faults) and is_at_fault(found, chosen)
 
 
-def _rest(
-    found: Found, chosen: Score, errors: Errors, left: Where,
-    *, after: Simulated, apart: Sequence[OneTest], short: bool,
+def _with_rest(
+    said: str, found: Found, chosen: Score, errors: Errors, left: Where,
+    *, after: Simulated, apart: Sequence[str],
 ) -> str:  # fmt: skip
-    """Return the sentences beside the one on effects that were found.
+    """Return the sentence on effects that were found with what is said beside them.
 
     Which numbers no test tells, which test alone shows the effects, and what is left.
     """
@@ -166,11 +159,9 @@ def _rest(
         beside += wording.noise_sentences(errors)
     else:
         beside.append(wording.more_sentence(errors, left, found.data.model.motion))
-    if apart and not leaves_more(found, chosen):
-        beside.append(number_wording.unexplained_sentence(apart[0]))
-    if short:
-        beside.append(number_wording.short_sentence(found.form.horizon))
-    return "".join(f" {one}" for one in beside)
+    if not leaves_more(found, chosen):
+        beside += apart
+    return " ".join([said, *beside])
 
 
 def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple[Tried, ...]:
