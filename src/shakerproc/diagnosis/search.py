@@ -40,7 +40,7 @@ from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, screen, widening
+from shakerproc.diagnosis.screening import Start, in_likely_joints, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
@@ -185,9 +185,10 @@ def _begun(
         condition=Condition(explained=explained),
     )
     begun: list[Begun] = []
-    for outcome in _outcomes(campaign, linear, starts, one_more, say):
+    near = in_likely_joints(starts, known)
+    for outcome in _outcomes(campaign, linear, near, one_more, say):
         one = told(original, linear_model, outcome, one_more.failed, starts)
-        begun.append(Begun(one, outcome, lambda: one_more.every(starts)))
+        begun.append(Begun(one, outcome, lambda: one_more.every(near)))
         if begun[-1].is_enough:
             break
     last = begun[-1]
