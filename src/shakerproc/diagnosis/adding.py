@@ -217,10 +217,9 @@ def _added(model: Model, fitted: Fitted) -> Added:
     linear = linear_estimates(fit)
     errors, worse = _errors(fitted)
     element = _in_few_digits(fitted.element, numbers)
-    updated = model_with(model, (), linear)
     modes = fitted.data.model.modes[len(model.modes) :]
     return Added(
-        model=replace(updated, elements=(*updated.elements, element)),
+        model=model_with(model, [element], linear),
         element=element,
         parameters=numbers,
         linear=linear,

@@ -19,58 +19,57 @@ def updated_model(model: Model, diagnosis: Diagnosis) -> Model | None:
     table.
     """
     if diagnosis.verdict == "outside library" and diagnosis.outside is not None:
-        fitted = model_with(model, (), diagnosis.linear)
-        return replace(fitted, elements=(*fitted.elements, diagnosis.outside.element()))
+        return model_with(model, [diagnosis.outside.element()], diagnosis.linear)
     if diagnosis.verdict in {"outside library", "cannot tell"}:
         return None
-    return model_with(model, diagnosis.effects, diagnosis.linear)
+    return model_with(model, elements_of(diagnosis.effects), diagnosis.linear)
+
+
+def elements_of(effects: Sequence[Finding]) -> list[Element]:
+    """Return effects that were found as elements; faults of sensors are left out."""
+    return [
+        Element(effect_of(one.kind, one.parameters), (one.between[0], one.between[1]))
+        for one in effects
+        if one.kind in EFFECTS
+    ]
 
 
 def model_with(
-    model: Model, effects: Sequence[Finding], linear: Mapping[str, Estimate]
+    model: Model, added: Sequence[Element], linear: Mapping[str, Estimate]
 ) -> Model:
-    """Return a model with effects and its own numbers as fitted, as `add` writes them.
+    """Return a model with elements and its own numbers as fitted, as `add` writes them.
+
+    Neither alone need be a model: a spring that pushes away stands beside a law that holds.
 
     Parameters
     ----------
     model : Model
         The model of the file.
-    effects : sequence of Finding
-        What was found; faults of sensors are left out.
+    added : sequence of Element
+        What was found.
     linear : mapping of str to Estimate
         The model's own numbers, by their names (see `naming`).
     """
     own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
-    fitted = with_numbers(model, own)
-    added = [
-        Element(effect_of(one.kind, one.parameters), (one.between[0], one.between[1]))
-        for one in effects
-        if one.kind in EFFECTS
-    ]
-    return replace(fitted, elements=(*fitted.elements, *added))
-
-
-def with_numbers(model: Model, numbers: Mapping[str, Estimate]) -> Model:
-    """Return a model with its own numbers as fitted, by their names (see `naming`).
-
-    Springs that share a joint keep their numbers where only their sum is known.
-    """
     elements = list(model.elements)
-    for (i, name), value in fitted_values(model, numbers).items():
+    for (i, name), value in fitted_values(model, own).items():
         effect = replace(elements[i].effect, **{name: value})  # type: ignore[type-var]
         elements[i] = replace(elements[i], effect=effect)
     masses = {
         mass: value if found is None else _number(found)
         for mass, value in model.masses.items()
-        for found in [numbers.get(mass_name(mass))]
+        for found in [own.get(mass_name(mass))]
     }
-    return replace(model, masses=masses, elements=tuple(elements))
+    return replace(model, masses=masses, elements=(*elements, *added))
 
 
 def fitted_values(
     model: Model, numbers: Mapping[str, Estimate]
 ) -> dict[tuple[int, str], float]:
-    """Return the fitted numbers of a model's elements by their index and parameter [SI]."""
+    """Return the fitted numbers of a model's elements by their index and parameter [SI].
+
+    Springs that share a joint keep their numbers where only their sum is known.
+    """
     names = element_names(model.elements)
     turned = element_names([
         replace(element, between=element.between[::-1]) for element in model.elements

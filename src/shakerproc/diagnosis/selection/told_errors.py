@@ -13,7 +13,7 @@ from shakerproc.diagnosis.result import Errors, Finding, Pair
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
 from shakerproc.diagnosis.selection.errors import error_of_scored
 from shakerproc.diagnosis.selection.scores import Score
-from shakerproc.diagnosis.updated import model_with
+from shakerproc.diagnosis.updated import elements_of, model_with
 
 
 def errors_among(found: Found, chosen: Score) -> tuple[tuple[Simulated, Simulated], Errors]:
@@ -49,4 +49,4 @@ def errors_told(
     known = found.before.hypothesis.model
     fit = ahead(found.data, found.linear.fit, found.form)
     bare = replace(fit.hypothesis.model_at(fit.x), modes=known.modes) if effects else known
-    return comparisons.errors(known, model_with(known, effects, linear), bare, own)
+    return comparisons.errors(known, model_with(known, elements_of(effects), linear), bare, own)
