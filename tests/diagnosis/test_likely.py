@@ -1,8 +1,10 @@
 """Which effects are fitted first, by what they leave in the screening."""
 
+from dataclasses import replace
+
 from shakerproc.diagnosis.hypotheses.joints import identifications
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.screening.likely import likely, widening
+from shakerproc.diagnosis.screening.likely import in_likely_joints, likely, widening
 from shakerproc.models.identification import JointScales
 
 JOINT = ("base", "coupon")
@@ -53,6 +55,27 @@ def test_simple_effects_follow_the_likely_ones_before_all_that_contain_another()
         {"cubic_stiffness"},
         {"cubic_stiffness", "coulomb_friction"},
     ]
+
+
+def test_of_many_joints_as_many_effects_are_fitted_as_one_may_have():
+    joints = [("base", "m1"), *((f"m{i}", f"m{i + 1}") for i in range(1, 6))]
+    known = {joint: identifications(AT) for joint in joints}
+    kinds = [kind for kind, one in known[joints[0]].items() if not one.contains]
+    starts = [
+        replace(start(kind, (1.0 + i) * (1.0 + 0.01 * j)), between=joint)
+        for i, joint in enumerate(joints)
+        for j, kind in enumerate(kinds)
+    ]
+    starts += [
+        replace(start("constant_force", NOTHING, told=False), between=joint) for joint in joints
+    ]
+    chosen = in_likely_joints(starts, known)
+    told = {(one.kind, one.between) for one in chosen if one.told}
+    assert {(kind, joints[0]) for kind in kinds} <= told
+    assert len(told) <= len(known[joints[0]])
+    untold = [one.between for one in chosen if not one.told]
+    assert untold[0] == joints[0]
+    assert len(untold) < len(joints)
 
 
 def test_the_last_circle_of_all_is_not_told():
