@@ -18,20 +18,17 @@ class _LinkedCode(JITCodeLibrary):
     """Code that is only linked into other code, which is optimised and made to run."""
 
     def _optimize_final_module(self) -> None:
-        """Inline and simplify; what calls it does the rest.
-
-        Left as it is, the code is too long for LLVM to inline: friction that sticks would take
-        1.6 times as long to simulate.
-        """
-        passes, builder = self._codegen._module_pass_manager(
+        """Inline and simplify; what calls it does the rest."""
+        made = self._codegen._module_pass_manager(  # type: ignore[no-untyped-call]
             opt=1, loop_vectorize=False, slp_vectorize=False
         )
-        passes.run(self._final_module, builder)
+        passes, *builder = made if isinstance(made, tuple) else (made,)  # alone before 0.62
+        passes.run(self._final_module, *builder)
 
     def _finalize_final_module(self) -> None:
         """Make no machine code, which nothing would call."""
-        self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
         self._finalized = True
 
     @property
