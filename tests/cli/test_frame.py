@@ -16,6 +16,7 @@ from shakerproc import __version__, files
 from shakerproc.campaign.lock import locked
 from shakerproc.cli import build_app
 from shakerproc.cli.commands import COMMANDS
+from shakerproc.cli.grouped_help import GROUPS
 from shakerproc.data import recording_of_arrays
 from shakerproc.recordings import write_tdms
 
@@ -241,3 +242,15 @@ function(2.0)
     before, said, after = done.stderr.splitlines()
     assert (done.stdout, before, after) == ("", "before", "after")
     assert said.startswith("compiling what this command needs, once")
+
+
+def test_a_former_name_of_a_command_works_and_says_the_name_of_today(tmp_path):
+    coupon = Path(__file__).parents[2] / "configs" / "coupons" / "pom_c_radial.yaml"
+    words = [str(coupon), "--json", "-", "--count", "1", "--no-static", "--no-figures"]
+    words += ["--out", str(tmp_path / "out")]
+    done = {n: CliRunner().invoke(build_app(), [n, *words]) for n in ("modes", "coupon")}
+    assert [one.exit_code for one in done.values()] == [0, 0]
+    assert done["modes"].stdout == done["coupon"].stdout
+    assert "called `shakerproc coupon` now" in done["modes"].stderr
+    assert "called" not in done["coupon"].stderr
+    assert "modes" not in GROUPS["Coupons and other programs"]

@@ -1,6 +1,7 @@
 """Work through a share of the mutants, and make a table of what became of them."""
 
 import itertools
+import re
 import resource
 import tempfile
 from collections import Counter
@@ -32,7 +33,20 @@ def share(number: int, count: int) -> tuple[Counter, list[str], float]:
                 bad.append(
                     f"{mutant.seed.name}: {mutant.kind}: number {i}: {outcome}: {message}"
                 )
-    return counts, bad, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    return counts, bad, peak_memory()
+
+
+def peak_memory() -> float:
+    """Return the largest memory that this process has had [MB].
+
+    Linux hands `ru_maxrss` down: a process that is started by one of 4 GB has had 4 GB by it.
+    """
+    status = Path("/proc/self/status")
+    if status.is_file():
+        own = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
+        if own is not None:
+            return int(own[1]) / 1024.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 def table(counts: Counter) -> str:

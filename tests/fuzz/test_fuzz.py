@@ -1,6 +1,8 @@
 """A share of ``make fuzz``, drawn with a fixed seed: nothing hangs, blows up or lies."""
 
 import itertools
+import subprocess
+import sys
 from collections import Counter
 from dataclasses import replace
 
@@ -41,6 +43,19 @@ def test_thousands_of_damaged_recordings(tmp_path, every, first):
     assert all(counts[outcome] for outcome in GOOD if outcome != rare)
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     assert grown < 200 * 1024
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems hand no memory down")
+def test_the_peak_of_a_worker_is_its_own_and_not_that_of_what_started_it():
+    worker = "from tests.fuzz.campaign import peak_memory as p; print(p(), end='')"
+    large = (
+        "import subprocess, sys; held = bytearray(1_000_000_000); "
+        f"subprocess.run([sys.executable, '-c', {worker!r}], check=True)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", large], capture_output=True, text=True, check=True
+    )
+    assert 20.0 < float(done.stdout) < 500.0
 
 
 def test_the_judge_sees_rows_that_are_lost_displaced_or_made_up(tmp_path):

@@ -15,7 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from shakerproc import __version__, files
 from shakerproc.cli import output
-from shakerproc.cli.commands import COMMANDS
+from shakerproc.cli.commands import COMMANDS, FORMER
 from shakerproc.cli.grouped_help import GroupedCommand, GroupedCommands
 from shakerproc.errors import LockedError, ShakerprocError
 from shakerproc.late import seek_garbage_seldom
@@ -47,7 +47,7 @@ def _about(
     """From shaker recordings to the physical effect that the model left out."""
 
 
-def build_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
+def build_app(names: Iterable[str] = (*COMMANDS, *FORMER)) -> typer.Typer:
     """Return the command-line application with these commands registered, by default all."""
     app = typer.Typer(
         cls=GroupedCommands,
@@ -63,7 +63,7 @@ def build_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
-            app.command(name, cls=GroupedCommand)(command)
+            app.command(name, cls=GroupedCommand, hidden=name in FORMER)(command)
     return app
 
 
@@ -81,7 +81,8 @@ def main() -> None:
 def _run(written: "list[Path]") -> None:
     """Run the command line; `written` are the files that it has written so far."""
     try:
-        build_app(sys.argv[1:2] if sys.argv[1:2] and sys.argv[1] in COMMANDS else COMMANDS)()
+        known = sys.argv[1:2] if sys.argv[1:2] and sys.argv[1] in COMMANDS else None
+        (build_app(known) if known else build_app())()
     except SystemExit as left:
         if left.code == INTERRUPTED:  # typer says nothing of it
             output.message(_stopped(left, written))

@@ -13,7 +13,13 @@ from shakerproc.cli import output
 
 _SAID: Final = "compiling what this command needs, once: up to a minute"
 
-_AHEAD: Final = "from shakerproc.simulation.first_calls import call_free_runs; call_free_runs()"
+_FROM: Final = "from shakerproc.simulation import first_calls as first; "
+
+_AHEAD: Final = (
+    _FROM + "first.call_free_runs_by_series()",
+    _FROM + "first.call_simulate(); first.call_along()",
+)
+"""What `compare` and `diagnose` need, in halves that two processes compile side by side."""
 
 
 @cache
@@ -56,28 +62,33 @@ def _tell_until(done: threading.Event) -> None:
 def compiled_ahead() -> Iterator[Callable[[], None]]:
     """Yield a function that waits until what compares and diagnoses is compiled.
 
-    It is compiled, or found compiled, in a process of its own, so that another core does
-    something else in the meantime: threads would wait for each other. Should it fail, whoever
-    needs it compiles it.
+    It is compiled, or found compiled, in processes of its own, so that other cores do it in the
+    meantime: threads would wait for each other. Should it fail, whoever needs it compiles it.
     """
-    child = subprocess.Popen(  # noqa: S603 - this program itself
-        [sys.executable, "-c", _AHEAD],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    children = [
+        subprocess.Popen(  # noqa: S603 - this program itself
+            [sys.executable, "-c", part],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        for part in _AHEAD
+    ]
 
     def wait() -> None:
         began = time.monotonic()
-        while child.poll() is None:
-            try:
-                child.wait(output.TELL_EVERY)
-            except subprocess.TimeoutExpired:
-                waited = time.monotonic() - began
-                output.message(f"compiling the simulation, once: {waited:.0f} s so far")
+        for child in children:
+            while child.poll() is None:
+                try:
+                    child.wait(output.TELL_EVERY)
+                except subprocess.TimeoutExpired:
+                    waited = time.monotonic() - began
+                    output.message(f"compiling the simulation, once: {waited:.0f} s so far")
 
     try:
         yield wait
     finally:
-        child.terminate()
-        child.wait()
+        for child in children:
+            child.terminate()
+        for child in children:
+            child.wait()

@@ -1,4 +1,4 @@
-"""Output of `shakerproc modes`: the JSON document and the tables."""
+"""Output of `shakerproc coupon`: the JSON document and the tables."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any

@@ -21,7 +21,7 @@ GROUPS: Final[Mapping[str, Sequence[str]]] = {
     "A campaign": ("batch", "watch", "check", "modal"),
     "The model": ("compare", "diagnose", "add", "simulate", "response", "study", "effects"),
     "Before the test": ("plan",),
-    "Coupons and other programs": ("modes", "stiffness", "nastran"),
+    "Coupons and other programs": ("coupon", "stiffness", "nastran"),
 }
 """Groups of commands, in the order of the help."""
 

@@ -20,7 +20,7 @@ A sensor at radius {radius:.3g} mm sees what the mass "coupon" does; at the rim 
 relative to the table is {rim:.4g} times as large."""
 IN_PLANE = """\
 In plane. The whole coupon moves on the stiffness of its hole on the bushing, without play.
-It depends on the load law, here {law}; shakerproc modes shows by how much."""
+It depends on the load law, here {law}; shakerproc coupon shows by how much."""
 
 
 @final

@@ -4,19 +4,31 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models import Element, Excitation, Model
-from shakerproc.models.effects import Damper, Gap
+from shakerproc.models.effects import (
+    AttachedMode,
+    BoucWen,
+    Damper,
+    Gap,
+    Iwan,
+    Jenkins,
+    LuGreFriction,
+    Series,
+    Spring,
+)
 from shakerproc.simulation.free_runs import Runs, free_runs
 from shakerproc.simulation.inputs import prepare
+from shakerproc.simulation.propagators import MOST_LINES
 from shakerproc.simulation.response import simulate
 
 RATE = 500.0
 """Samples per second of the small joint's shaking [Hz]."""
 
 
-def joint_with_play() -> Model:
-    """Return a mass on a damper and a stop to either side."""
+def joint_with_play(stops: int = 1) -> Model:
+    """Return a mass on a damper and a stop to either side, or several such stops."""
     between = ("base", "coupon")
-    joint = (Element(Damper(damping=0.6), between), Element(Gap(1000.0, 5e-3), between))
+    gap = Element(Gap(1000.0, 5e-3), between)
+    joint = (Element(Damper(damping=0.6), between), *(gap,) * stops)
     return Model("joint", {"coupon": 1.0}, joint, Excitation("base acceleration"), {})
 
 
@@ -25,9 +37,27 @@ def call_simulate() -> None:
     simulate(joint_with_play(), _shaking(), RATE, growth=False)
 
 
-def call_free_runs() -> None:
+def call_free_runs(stops: int = 1) -> None:
     """Run a moment from a measured state, as `compare` and `diagnose` do at length."""
-    free_runs(joint_with_play(), Runs((prepare(_shaking(), RATE),), np.array([[0, 0, 100]])))
+    free_runs(
+        joint_with_play(stops), Runs((prepare(_shaking(), RATE),), np.array([[0, 0, 100]]))
+    )
+
+
+def call_free_runs_by_series() -> None:
+    """Do as `call_free_runs` with the stepper alone: so many laws have no propagators."""
+    call_free_runs(MOST_LINES + 1)
+
+
+def call_along() -> None:
+    """Ask the laws with memory for their force along a motion, as `diagnose` does."""
+    displacement = 1e-3 * _shaking()
+    for law in (
+        LuGreFriction(0.3, 0.45, 0.01, 1e4, 3.0, 0.4), Jenkins(500.0, 0.3), Iwan(500.0, 1e-3),
+        BoucWen(500.0, 1e-3, 1.5), Series((Spring(1000.0), Gap(1000.0, 5e-3))),
+        AttachedMode(0.1, 20.0, 0.01),
+    ):  # fmt: skip
+        law.force_along(displacement, RATE * displacement, RATE)
 
 
 def _shaking() -> FloatArray:

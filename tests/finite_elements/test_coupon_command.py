@@ -18,7 +18,7 @@ COUPONS = "configs/coupons"
 
 
 def modes(*arguments):
-    return CliRunner().invoke(build_app(), ["modes", *map(str, arguments)])
+    return CliRunner().invoke(build_app(), ["coupon", *map(str, arguments)])
 
 
 @pytest.fixture(scope="module")

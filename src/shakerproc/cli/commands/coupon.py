@@ -1,4 +1,4 @@
-"""``shakerproc modes``."""
+"""``shakerproc coupon``."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from shakerproc.model_files.coupon_files import CouponFile
 
 
-def modes(
+def coupon(
     coupon: Annotated[
         Path,
         typer.Argument(metavar="COUPON", help="Coupon (YAML).", exists=True, dir_okay=False),
@@ -284,6 +284,6 @@ def _write_model(
     else:
         made, heading = out_of_plane_model(described.coupon, described.title, ratio, count)
     write_model(
-        made, model, heading=f"From {described.path.name} by shakerproc modes.\n{heading}"
+        made, model, heading=f"From {described.path.name} by shakerproc coupon.\n{heading}"
     )
     output.message(f"{model}: {'in plane' if in_plane else 'out of plane'}, see its comments")
