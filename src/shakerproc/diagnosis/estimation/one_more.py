@@ -122,13 +122,12 @@ class OneMore:
     def every(self, starts: Sequence[Start]) -> list[Fit]:
         """Return the best fit of each effect not far behind, in its longest windows."""
         fits = self._fitted_first(grouped(starts))
-        best: dict[tuple[str, Joint], tuple[float, Fit]] = {}
+        best: dict[tuple[str, Joint], Fit] = {}
         for group in self._near(sorted(fits, key=lambda group: fits[group].level)):
             grown = [self._grown.get((group, windows)) for windows in self.stages.windows]
             longest = [one for one in (fits[group], *grown) if one is not None][-1]
-            own = fits[group].level, longest
-            best[group[:2]] = min(best.get(group[:2], own), own, key=lambda one: one[0])
-        return [one for _, one in best.values()]
+            best.setdefault(group[:2], longest)
+        return list(best.values())
 
     def _as_recorded(self, first: dict[Group, Fit]) -> dict[Group, Fit]:
         """Return the fits with accelerations compared as the recorder took them.
