@@ -380,7 +380,8 @@ def _error_band(test: Test, own: Channels, noise: Noise) -> tuple[float, float]:
 
 
 def _excited(test: Test, rate: float) -> tuple[float, float]:
-    low, high = test.processing.band or test.band or (_DEFAULT_LOW_HZ, HIGHEST * rate)
+    default = LOWEST if test.excitation == "free decay" else _DEFAULT_LOW_HZ
+    low, high = test.processing.band or test.band or (default, HIGHEST * rate)
     if test.frequency_hz is not None and test.band is None:
         low, high = (share * test.frequency_hz for share in AROUND)
     return max(low, LOWEST), min(high, HIGHEST * rate)
