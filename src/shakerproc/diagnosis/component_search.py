@@ -63,4 +63,4 @@ def search_component_tests(
         ruled_out=ruled_out(starts, singles),
         failed=one_more.failed,
     )
-    return with_all(found, campaign, [form], lambda: one_more.every(starts), say)
+    return with_all(found, campaign, [form], lambda: one_more.every(starts), say, known={})

@@ -11,7 +11,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.hypotheses.joints import Joint
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.ladder import ladder_of
 from shakerproc.diagnosis.nudged.race import at_first, race
 from shakerproc.diagnosis.selection.choice import wants_more
@@ -24,25 +24,27 @@ def with_all(
     forms: Sequence[Form],
     every: Callable[[], Sequence[Fit]],
     say: Callable[[str], None],
+    *,
+    known: Known,
 ) -> Found:
     """Return the same with every effect, where none of those that explain more can be named.
 
-    And more than noise is left.
+    And more than noise is left. Those `known` race, too.
     """
     if not wants_more(found):
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
     scores = list(found.effects)
-    for one in [*rest, *_raced(campaign, say)]:
+    for one in [*rest, *_raced(campaign, known, say)]:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
     scores = _best_of_each(scores)
-    known = {name for score in scores for name in score.fit.hypothesis.names}
+    tried = {name for score in scores for name in score.fit.hypothesis.names}
     return replace(
         found,
         effects=tuple(ranked(scores)),
-        ruled_out=tuple(s for s in found.ruled_out if (s.kind, s.between) not in known),
+        ruled_out=tuple(s for s in found.ruled_out if (s.kind, s.between) not in tried),
     )
 
 
@@ -54,12 +56,14 @@ def _best_of_each(scores: Sequence[Score]) -> list[Score]:
     return list(best.values())
 
 
-def _raced(campaign: Campaign, say: Callable[[str], None]) -> list[Fit]:
-    """Return the effects that keep up while models are held to the measured motion ever looser.
+def _raced(campaign: Campaign, known: Known, say: Callable[[str], None]) -> list[Fit]:
+    """Return the laws that keep up while models are held to the measured motion ever looser.
 
     Where windows lead astray, a model that is held finds its numbers.
     """
     data = campaign.data
+    if data.model.excitation.imposed:  # its motion is held already
+        return []
     none, ladder = hypothesis_of(data.model), ladder_of(data)
     base = at_first(data, none, np.zeros(none.size), ladder)
-    return [] if base is None else list(race(base, campaign.known, ladder, say).fits)
+    return [] if base is None else list(race(base, known, ladder, say).fits)

@@ -21,7 +21,8 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within
-from shakerproc.diagnosis.horizon import ahead, along, compared
+from shakerproc.diagnosis.further_ahead import ahead
+from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import as_table

@@ -1,7 +1,7 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, final
 
 import numpy as np
@@ -30,17 +30,15 @@ from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import (
-    is_mostly_noise,
-    usable_forms,
-)
+from shakerproc.diagnosis.horizon import is_mostly_noise, usable_forms
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.left_behind import with_all
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, in_likely_joints, screen, widening
+from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
@@ -124,11 +122,14 @@ class Begun:
         The same at the horizon.
     every : callable
         Returns every effect as far as it was fitted, those that seemed not worth it, too.
+    known : mapping of joint to mapping of str to Identification
+        Laws that may be missing.
     """
 
     found: Found
     outcome: Outcome
     every: Callable[[], Sequence[Fit]] = tuple
+    known: Known = field(default_factory=dict)
 
     @property
     def is_enough(self) -> bool:
@@ -144,7 +145,7 @@ class Begun:
         found, campaign, forms = with_more(
             self.found, first.campaign, first.forms, first.singles, say
         )
-        return with_all(found, campaign, forms, self.every, say)
+        return with_all(found, campaign, forms, self.every, say, known=self.known)
 
 
 def _begun(
@@ -188,7 +189,7 @@ def _begun(
     near = in_likely_joints(starts, known)
     for outcome in _outcomes(campaign, linear, near, one_more, say):
         one = told(original, linear_model, outcome, one_more.failed, starts)
-        begun.append(Begun(one, outcome, lambda: one_more.every(near)))
+        begun.append(Begun(one, outcome, lambda: one_more.every(near), known_of(near, known)))
         if begun[-1].is_enough:
             break
     last = begun[-1]

@@ -34,9 +34,7 @@ def elements_of(effects: Sequence[Finding]) -> list[Element]:
     ]
 
 
-def model_with(
-    model: Model, added: Sequence[Element], linear: Mapping[str, Estimate]
-) -> Model:
+def model_with(model: Model, added: Sequence[Element], linear: Mapping[str, Estimate]) -> Model:
     """Return a model with elements and its own numbers as fitted, as `add` writes them.
 
     Neither alone need be a model: a spring that pushes away stands beside a law that holds.

@@ -1,6 +1,11 @@
 """Regression on the measured motion: where to start, and what need not be tried."""
 
-from shakerproc.diagnosis.screening.likely import in_likely_joints, widening, with_limits
+from shakerproc.diagnosis.screening.likely import (
+    in_likely_joints,
+    known_of,
+    widening,
+    with_limits,
+)
 from shakerproc.diagnosis.screening.outside import FreeLaw, free_laws
 from shakerproc.diagnosis.screening.pairs import screen_pairs
 from shakerproc.diagnosis.screening.start import Start
@@ -11,6 +16,7 @@ __all__ = [
     "Start",
     "free_laws",
     "in_likely_joints",
+    "known_of",
     "screen",
     "screen_pairs",
     "widening",

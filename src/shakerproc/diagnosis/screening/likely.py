@@ -82,6 +82,15 @@ def in_likely_joints(starts: Sequence[Start], known: Known) -> tuple[Start, ...]
     return with_limits(starts, near, known)
 
 
+def known_of(starts: Sequence[Start], known: Known) -> Known:
+    """Return the laws of each joint that have a start."""
+    names = {(start.kind, start.between) for start in starts}
+    return {
+        joint: {kind: one for kind, one in laws.items() if (kind, joint) in names}
+        for joint, laws in known.items()
+    }
+
+
 def _least_left(starts: Sequence[Start]) -> dict[tuple[str, Joint], float]:
     """Return the mean square that is left by the best start of each effect and joint [-]."""
     left: dict[tuple[str, Joint], float] = {}

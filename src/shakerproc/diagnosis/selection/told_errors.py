@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import ahead
+from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.result import Errors, Finding, Pair
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
 from shakerproc.diagnosis.selection.errors import error_of_scored

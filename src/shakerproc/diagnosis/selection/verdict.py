@@ -16,7 +16,7 @@ from shakerproc.diagnosis.estimation.intervals import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import ahead, falls_short
+from shakerproc.diagnosis.further_ahead import ahead, falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
