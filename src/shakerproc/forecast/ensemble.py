@@ -1,0 +1,180 @@
+"""Simulated tests of one level: numbers, calibration and phases drawn anew for each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.comparison import Measured
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.fitted_numbers import FittedNumbers
+from shakerproc.errors import SimulationError
+from shakerproc.forecast.motion import Motion, motion_of
+from shakerproc.forecast.quantities import Quantity, values_of_motion
+from shakerproc.models import Model
+from shakerproc.planning.drive import drive_of_test
+from shakerproc.simulation.inputs import prepare_measured
+from shakerproc.testlog import Test
+
+MOST_DRAWS: Final = 60
+"""Simulated tests of a level: three lie beyond each end of a 90 % band [-]."""
+
+LEAST_DRAWS: Final = 16
+"""Simulated tests of a level, however long they are [-]."""
+
+MOST_SAMPLES: Final = 2**24
+"""Samples of all simulated tests of a level, beyond which there are fewer of them: some ten
+seconds of a processor [-]."""
+
+LONGEST: Final = 60.0
+"""Duration of steady vibration that is simulated; what is longer follows from it [s]."""
+
+STEADY: Final = ("random", "sine on random")
+"""Kinds of excitation that are the same all along."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Planned:
+    """A test to forecast.
+
+    Attributes
+    ----------
+    test : Test
+        What the log says.
+    duration : float
+        How long it shakes [s].
+    sample_rate : float
+        Of the campaign [Hz].
+    excited, compared : (float, float)
+        What it excites, and within which responses are recorded [Hz].
+    spreads : (float, (n_sensors,) array)
+        Standard uncertainty of the gain of the input and of each response [-].
+    carried : float, optional
+        Mass that the shaker moves besides the model [kg].
+    """
+
+    test: Test
+    duration: float
+    sample_rate: float
+    excited: tuple[float, float]
+    compared: tuple[float, float]
+    spreads: tuple[float, FloatArray]
+    carried: float | None = None
+
+    @property
+    def simulated(self) -> float:
+        """Duration that is simulated [s]."""
+        steady = self.test.excitation in STEADY
+        return min(self.duration, LONGEST) if steady else self.duration
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Ensemble:
+    """Simulated tests of one level.
+
+    Attributes
+    ----------
+    values : mapping of Quantity to (n_draws,) array
+        What each gave [unit of the quantity].
+    frequency : (n_frequencies,) array
+        Of the densities [Hz].
+    densities : mapping of str to (n_draws, n_frequencies) array
+        Of each response [unit^2/Hz].
+    failed : int
+        Draws whose motion ran away; they are left out.
+    motion : Motion
+        Of the fitted numbers, without any error of calibration.
+    """
+
+    values: Mapping[Quantity, FloatArray]
+    frequency: FloatArray
+    densities: Mapping[str, FloatArray]
+    failed: int
+    motion: Motion
+
+
+def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
+    """Return the standard uncertainty of the gain of the input and of each response [-]."""
+    found = []
+    for test in tests:
+        n = len(test.controls)
+        each = np.array(test.gain_spread)
+        found.append((float(np.sqrt(np.sum(each[:n] ** 2))) / n, each[n:]))
+    return max(one for one, _ in found), np.max([each for _, each in found], axis=0)
+
+
+def ensemble(
+    numbers: FittedNumbers, planned: Planned, factor: float = 1.0, seed: int = 0
+) -> Ensemble:
+    """Return simulated tests of one level.
+
+    Parameters
+    ----------
+    numbers : FittedNumbers
+        What the tests tell of the model.
+    planned : Planned
+        The test.
+    factor : float
+        Amplitude over that of the log [-].
+    seed : int
+        Of what is drawn: the same at every level.
+
+    Raises
+    ------
+    SimulationError
+        If most of the motions run away.
+    """
+    size = planned.simulated * planned.sample_rate
+    count = int(np.clip(MOST_SAMPLES // size, LEAST_DRAWS, MOST_DRAWS))
+    drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
+    values, densities, frequency = [], [], np.zeros(0)
+    longer = planned.duration / planned.simulated
+    for i, (model, gains) in enumerate(drawn):
+        generator = np.random.default_rng([seed, 1, i])
+        of_input, of_sensors = planned.spreads
+        louder = factor * (1.0 + of_input * generator.standard_normal())
+        gains = gains * (1.0 + of_sensors * generator.standard_normal(gains.size))
+        motion = _motion(model, gains, planned, louder, generator)
+        if motion is None:
+            continue
+        own, spectra = values_of_motion(
+            model, motion, planned.excited, longer, generator, planned.carried
+        )
+        values.append(own)
+        frequency = spectra[0].frequency
+        densities.append([one.values for one in spectra])
+    best = _motion(
+        numbers.model, numbers.gain, planned, factor, np.random.default_rng([seed, 1, 0])
+    )
+    if best is None or len(values) < LEAST_DRAWS:
+        raise SimulationError(
+            f"{planned.test.source}: test {planned.test.id}: the motion of "
+            f"{numbers.model.title} runs away in {count - len(values)} of {count} draws of its "
+            "numbers; these tests do not tell them well enough for this level."
+        )
+    names = list(numbers.model.sensors)
+    stacked = np.array(densities)
+    return Ensemble(
+        {q: np.array([one[q] for one in values]) for q in values[0]},
+        frequency,
+        {name: stacked[:, i] for i, name in enumerate(names)},
+        count - len(values),
+        best,
+    )
+
+
+def _motion(
+    model: Model,
+    gains: FloatArray,
+    planned: Planned,
+    factor: float,
+    generator: np.random.Generator,
+) -> Motion | None:
+    drive = factor * drive_of_test(
+        planned.test, planned.simulated, planned.sample_rate, generator
+    )
+    given = prepare_measured(drive, planned.sample_rate, imposed=False)
+    return motion_of(model, given, drive, planned.compared, gains)
