@@ -76,6 +76,7 @@ def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> Spread:
     logs = np.log(np.maximum(drawn, np.finfo(float).tiny))
     kernel = float(np.std(logs)) * drawn.size ** (-1.0 / 3.0)
     size = (drawn.size, REPEATS)
-    moved = _PER_DB * error_db * generator.standard_t(freedom, size)
+    law = generator.standard_t(freedom, size) if error_db else np.zeros(size)
+    moved = _PER_DB * error_db * law
     moved = np.clip(moved, -50.0, 50.0) + kernel * generator.standard_normal(size)
     return Spread(drawn, np.exp(logs[:, None] + moved).ravel())

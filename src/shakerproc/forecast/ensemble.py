@@ -14,7 +14,7 @@ from shakerproc.forecast.motion import Motion, motion_of
 from shakerproc.forecast.quantities import Quantity, values_of_motion
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
-from shakerproc.simulation.inputs import prepare_measured
+from shakerproc.simulation.inputs import prepare_like, prepare_measured
 from shakerproc.testlog import Test
 
 MOST_DRAWS: Final = 60
@@ -23,7 +23,7 @@ MOST_DRAWS: Final = 60
 LEAST_DRAWS: Final = 16
 """Simulated tests of a level, however long they are [-]."""
 
-MOST_SAMPLES: Final = 2**24
+MOST_SAMPLES: Final = 2**23
 """Samples of all simulated tests of a level, beyond which there are fewer of them: some ten
 seconds of a processor [-]."""
 
@@ -53,6 +53,8 @@ class Planned:
         Standard uncertainty of the gain of the input and of each response [-].
     carried : float, optional
         Mass that the shaker moves besides the model [kg].
+    table : bool
+        Whether the motion of the table is judged.
     """
 
     test: Test
@@ -62,6 +64,7 @@ class Planned:
     compared: tuple[float, float]
     spreads: tuple[float, FloatArray]
     carried: float | None = None
+    table: bool = False
 
     @property
     def simulated(self) -> float:
@@ -107,7 +110,11 @@ def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
 
 
 def ensemble(
-    numbers: FittedNumbers, planned: Planned, factor: float = 1.0, seed: int = 0
+    numbers: FittedNumbers,
+    planned: Planned,
+    factor: float = 1.0,
+    seed: int = 0,
+    most: int = MOST_DRAWS,
 ) -> Ensemble:
     """Return simulated tests of one level.
 
@@ -121,6 +128,8 @@ def ensemble(
         Amplitude over that of the log [-].
     seed : int
         Of what is drawn: the same at every level.
+    most : int
+        Simulated tests at most.
 
     Raises
     ------
@@ -128,16 +137,18 @@ def ensemble(
         If most of the motions run away.
     """
     size = planned.simulated * planned.sample_rate
-    count = int(np.clip(MOST_SAMPLES // size, LEAST_DRAWS, MOST_DRAWS))
+    count = int(np.clip(MOST_SAMPLES // size, LEAST_DRAWS, most))
     drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
+    drives = _Drives(planned, factor, seed)
+    best = drives.motion(0, numbers.model, numbers.gain, 1.0)
     values, densities, frequency = [], [], np.zeros(0)
     longer = planned.duration / planned.simulated
     for i, (model, gains) in enumerate(drawn):
-        generator = np.random.default_rng([seed, 1, i])
+        generator = np.random.default_rng([seed, 2, i])
         of_input, of_sensors = planned.spreads
-        louder = factor * (1.0 + of_input * generator.standard_normal())
+        louder = 1.0 + of_input * generator.standard_normal()
         gains = gains * (1.0 + of_sensors * generator.standard_normal(gains.size))
-        motion = _motion(model, gains, planned, louder, generator)
+        motion = drives.motion(i, model, gains, louder)
         if motion is None:
             continue
         own, spectra = values_of_motion(
@@ -146,10 +157,7 @@ def ensemble(
         values.append(own)
         frequency = spectra[0].frequency
         densities.append([one.values for one in spectra])
-    best = _motion(
-        numbers.model, numbers.gain, planned, factor, np.random.default_rng([seed, 1, 0])
-    )
-    if best is None or len(values) < LEAST_DRAWS:
+    if best is None or 2 * len(values) < count:
         raise SimulationError(
             f"{planned.test.source}: test {planned.test.id}: the motion of "
             f"{numbers.model.title} runs away in {count - len(values)} of {count} draws of its "
@@ -166,15 +174,28 @@ def ensemble(
     )
 
 
-def _motion(
-    model: Model,
-    gains: FloatArray,
-    planned: Planned,
-    factor: float,
-    generator: np.random.Generator,
-) -> Motion | None:
-    drive = factor * drive_of_test(
-        planned.test, planned.simulated, planned.sample_rate, generator
-    )
-    given = prepare_measured(drive, planned.sample_rate, imposed=False)
-    return motion_of(model, given, drive, planned.compared, gains)
+@final
+class _Drives:
+    """What drives the simulated tests of a level: phases drawn anew for each."""
+
+    def __init__(self, planned: Planned, factor: float, seed: int) -> None:
+        self.planned, self.factor, self.seed = planned, factor, seed
+        first = self._samples(0)
+        self.first = prepare_measured(first, planned.sample_rate, imposed=False)
+
+    def motion(
+        self, number: int, model: Model, gains: FloatArray, louder: float
+    ) -> Motion | None:
+        """Return the motion of a model in one of the tests; None where it runs away.
+
+        `gains` are those of the sensors, `louder` that of the drive [-].
+        """
+        drive = louder * self._samples(number)
+        given = prepare_like(drive, self.first)
+        planned = self.planned
+        return motion_of(model, given, drive, planned.compared, gains, table=planned.table)
+
+    def _samples(self, number: int) -> FloatArray:
+        planned, generator = self.planned, np.random.default_rng([self.seed, 1, number])
+        samples = drive_of_test(planned.test, planned.simulated, planned.sample_rate, generator)
+        return self.factor * samples

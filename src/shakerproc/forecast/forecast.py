@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecast.bands import Spread, spread_of
-from shakerproc.forecast.ensemble import Ensemble, Planned, ensemble, spreads_of
+from shakerproc.forecast.ensemble import LEAST_DRAWS, Ensemble, Planned, ensemble, spreads_of
 from shakerproc.forecast.levels import (
     amplitude_of,
     amplitude_of_measured,
@@ -211,8 +211,7 @@ def evidence_of(
     for group in levels:
         if below:
             say(f"level {group[0].test.level_text} forecast from those below it")
-            start = numbers.model
-            own = fitted_numbers(start, below, say)
+            own = fitted_numbers(numbers.model, below, say)
             errors += level_errors(own, group, max(map(amplitude_of_measured, below)))
         below += [test for test in group if not test.test.hold_out]
     runs = tuple(run_of(numbers, test) for test in every)
@@ -270,7 +269,9 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
     compared = (min(0.7 * band[0], tests[0].band[0]), max(one.band[1] for one in tests))
     moving = log.shaker.moving_mass
     carried = None if moving is None else max(moving - sum(model.masses.values()), 0.0)
-    return Planned(test, duration, rate, band, compared, spreads_of(tuple(tests)), carried)
+    table = any(limit.whose == "shaker" for limit in log.limits)
+    spreads = spreads_of(tuple(tests))
+    return Planned(test, duration, rate, band, compared, spreads, carried, table)
 
 
 def _forecast(
@@ -289,7 +290,8 @@ def _forecast(
     def probability(quantity: Quantity, limit: float, level: float) -> float:
         if level not in at:
             say(f"test {planned.test.id} at {level:+.0f} dB")
-            at[level] = ensemble(evidence.numbers, planned, 10.0 ** (level / 20.0), seed)
+            factor = 10.0 ** (level / 20.0)
+            at[level] = ensemble(evidence.numbers, planned, factor, seed, LEAST_DRAWS)
         drawn = at[level].values[quantity]
         return _spread(evidence, quantity, drawn, distance + level).exceeds(limit)
 

@@ -58,8 +58,8 @@ def name_of(limit: Limit) -> str:
     """Return what a limit is of, for people."""
     if limit.whose == "response":
         return f"{limit.name} {limit.statistic}"
-    what = limit.name if limit.whose in {"shaker", "force"} else _of_joint(limit)
-    return f"{limit.whose} {what}".strip()
+    what = _of_joint(limit) if limit.whose == "joint" else ""
+    return " ".join(filter(None, (limit.whose, limit.name, what)))
 
 
 def quantity_of(limit: Limit, model: Model, log: TestLog) -> Quantity:

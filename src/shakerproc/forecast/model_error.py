@@ -65,11 +65,12 @@ class Error:
 
     .. math:: \sigma^2(d) = \sigma_0^2 + (g d)^2, \qquad
         \sigma_0^2 = \overline{(e_0^2 - v_0)_+}, \qquad
-        g^2 = \frac{\sum_k w_k e_k^2}{\sum_k w_k d_k^2}, \quad
+        g^2 = \frac{\sum_k w_k (e_k^2 - v_k)_+}{\sum_k w_k d_k^2}, \quad
         w_k = \frac{1}{v_k + \sigma_0^2 + \varepsilon^2}
 
     with the errors :math:`e` of levels that were fitted (0) and that were forecast (k), and the
-    variance :math:`v` that the fitted numbers leave. Of so few levels the error follows
+    variance :math:`v` that the fitted numbers leave: what that explains is no model error, and
+    is in the band already (DerSimonian and Laird [1]_, each term above 0). Of so few levels the error follows
     Student's law with as many degrees of freedom as levels that were forecast.
 
     Attributes
@@ -80,6 +81,11 @@ class Error:
         :math:`g`, decibels for each decibel of level [-].
     freedom : float
         Degrees of freedom: levels that were forecast, by their weights [-].
+
+    References
+    ----------
+    .. [1] R. DerSimonian and N. Laird, "Meta-analysis in clinical trials", Controlled Clinical
+       Trials 7, 177-188, 1986.
     """
 
     fitted_db: float
@@ -101,7 +107,7 @@ def error_of(errors: Sequence[LevelError]) -> Error:
         np.array([function(one) for one in ahead])
         for function in (
             lambda one: 1.0 / (one.spread_db**2 + fitted**2 + FINEST_DB**2),
-            lambda one: one.error_db**2,
+            lambda one: max(one.error_db**2 - one.spread_db**2, 0.0),
             lambda one: one.distance_db**2,
         )
     )

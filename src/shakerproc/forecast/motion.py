@@ -47,7 +47,7 @@ class Motion:
         Motion and force in each joint.
     table : tuple of (str, (n,) array, str)
         Acceleration, velocity and displacement of the base, with their units; none where a
-        force drives.
+        force drives, or nobody asked.
     """
 
     sample_rate: float
@@ -63,6 +63,8 @@ def motion_of(
     drive: FloatArray,
     band: tuple[float, float],
     gains: FloatArray,
+    *,
+    table: bool = False,
 ) -> Motion | None:
     """Return the motion of a model from rest; None where it runs away.
 
@@ -78,6 +80,8 @@ def motion_of(
         Within which responses are recorded [Hz].
     gains : (n_sensors,) array
         What the sensors record over what they should [-].
+    table : bool
+        Whether the motion of the table is wanted, too.
     """
     probed = _probed(model)
     whole = np.array([(0, 0, given.n_samples)])
@@ -92,7 +96,7 @@ def motion_of(
         drive,
         dict(zip(model.sensors, gains[:, None] * responses, strict=True)),
         {pair: _joint(model, pair, rows, rate) for pair in joints_of_model(model)},
-        _table(model, drive, rate, band),
+        _table(model, drive, rate, band) if table else (),
     )
 
 

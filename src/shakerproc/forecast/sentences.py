@@ -1,10 +1,20 @@
 """A forecast in sentences: go or no-go, and where linear scaling is wrong and why."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.forecast.forecast import Forecast, TestForecast
 from shakerproc.forecast.levels import decibels, told_level
 from shakerproc.forecast.limits import Judged
 from shakerproc.numerals import numeral
+
+SHOWN: Final[Mapping[str, tuple[str, float]]] = MappingProxyType({
+    "m/s^2": ("g", STANDARD_GRAVITY),
+    "m": ("mm", 1e-3),
+})
+"""Unit that a quantity is shown in, and its size in SI; others are shown in SI."""
 
 
 def headline(found: Forecast) -> str:
@@ -70,6 +80,5 @@ def percent(probability: float) -> str:
 def told_limit(judged: Judged) -> str:
     """Return the value of a limit for people, in g where it is an acceleration."""
     limit = judged.limit
-    if limit.unit == "m/s^2":
-        return f"{numeral(limit.value / STANDARD_GRAVITY)} g"
-    return f"{numeral(limit.value)} {limit.unit}"
+    unit, factor = SHOWN.get(limit.unit, (limit.unit, 1.0))
+    return f"{numeral(limit.value / factor)} {unit}"

@@ -159,7 +159,5 @@ def _check_channel(name: str, channels: Sequence[ChannelUse]) -> None:
     question = (
         f"; did you mean {quoted(meant)}?" if meant else f"; the log has {', '.join(known)}"
     )
-    raise MisfitError(
-        f'expected a channel, "joint base-coupon", force or shaker, got {quoted(name)}{question}',
-        name,
-    )
+    kinds = 'a channel, "joint base-coupon", force or shaker'
+    raise MisfitError(f"expected {kinds}, got {quoted(name)}{question}", name)

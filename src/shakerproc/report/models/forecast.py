@@ -4,11 +4,11 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.data import STANDARD_GRAVITY, FloatArray
+from shakerproc.data import FloatArray
 from shakerproc.forecast import Forecast, Quantity, TestForecast, sentences
 from shakerproc.forecast.bands import Spread
 from shakerproc.forecast.levels import told_level
-from shakerproc.forecast.sentences import percent, told_limit
+from shakerproc.forecast.sentences import SHOWN, percent, told_limit
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot
@@ -21,7 +21,6 @@ LINEAR: Final = 1
 MEASURED: Final = (6, 7, 2, 3, 4)
 """Styles of the curves: what is predicted, scaled, and measured from the highest level down."""
 
-_SHOWN: Final = {"m/s^2": ("g", STANDARD_GRAVITY), "m": ("mm", 1e-3)}
 _WORDS: Final = {
     "rms": "rms", "peak": "largest", "peak_frequency_hz": "peak frequency",
     "displacement": "displacement", "force": "force", "velocity": "velocity",
@@ -39,7 +38,7 @@ def density_figures(one: TestForecast, found: Forecast) -> list[Figure]:
 
 def _plot(one: TestForecast, found: Forecast, name: str) -> Plot:
     rms = next(q for q in one.spreads if (q.whose, q.name, q.what) == ("response", name, "rms"))
-    unit, factor = _SHOWN.get(rms.unit, (rms.unit, 1.0)) if rms.unit != "m" else (rms.unit, 1.0)
+    unit, factor = SHOWN.get(rms.unit, (rms.unit, 1.0)) if rms.unit != "m" else (rms.unit, 1.0)
     low, high = one.planned.excited
     kept = (one.made.frequency >= low) & (one.made.frequency <= high)
     frequency = one.made.frequency[kept]
@@ -133,7 +132,7 @@ def _limits(one: TestForecast) -> list[ReportTable]:
 
 
 def _shown(one: TestForecast, quantity: Quantity) -> str:
-    unit, factor = _SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+    unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
     spread = one.spreads[quantity]
     value, low, high = (numeral(v / factor) for v in (spread.value, *spread.band))
     return f"{value} ({low} to {high}) {unit}"
@@ -142,7 +141,7 @@ def _shown(one: TestForecast, quantity: Quantity) -> str:
 def _numbers(one: TestForecast) -> ReportTable:
     rows = []
     for quantity in one.spreads:
-        unit, factor = _SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+        unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
         linear = one.linear.get(quantity)
         whose = quantity.name if quantity.whose == "response" else (
             f"{quantity.whose} {quantity.name}".strip()
@@ -172,8 +171,8 @@ def _rests_on(found: Forecast) -> ReportSection:
         "What the bands rest on",
         "rests-on",
         [
-            "Each level that was run was forecast from those below it. How far the model missed "
-            "them, over the distance in level, is how far it may miss the next one.",
+            "Each level that was run was forecast from those below it. How far the model "
+            "missed them, over the distance in level, is how far it may miss the next one.",
             *found.notes,
         ],
         [ReportTable("Levels that were run, in SI units.", names, rows)],
