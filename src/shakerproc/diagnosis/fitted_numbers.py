@@ -1,8 +1,8 @@
-"""The numbers of a model as tests tell them, with their covariance: what a forecast draws from."""
+"""Numbers of a model as tests tell them, with their covariance."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from shakerproc.diagnosis.search import own_numbers
 from shakerproc.errors import DiagnosisError, ModelError
 from shakerproc.models import Model
 
-HALVINGS = 20
+HALVINGS: Final = 20
 """How often a drawn step is halved until a model can have its numbers [-]."""
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, final
 
 import numpy as np
@@ -10,8 +11,9 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
+from shakerproc.forecast.extremes import largest_in
 from shakerproc.forecast.motion import Motion, motion_of
-from shakerproc.forecast.quantities import Quantity, values_of_motion
+from shakerproc.forecast.quantities import Quantity, densities, values_of_motion
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
@@ -141,22 +143,22 @@ def ensemble(
     drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
     drives = _Drives(planned, factor, seed)
     best = drives.motion(0, numbers.model, numbers.gain, 1.0)
-    values, densities, frequency = [], [], np.zeros(0)
+    values, drawn_densities, frequency = [], [], np.zeros(0)
     longer = planned.duration / planned.simulated
     for i, (model, gains) in enumerate(drawn):
         generator = np.random.default_rng([seed, 2, i])
         of_input, of_sensors = planned.spreads
         louder = 1.0 + of_input * generator.standard_normal()
-        gains = gains * (1.0 + of_sensors * generator.standard_normal(gains.size))
-        motion = drives.motion(i, model, gains, louder)
+        off = 1.0 + of_sensors * generator.standard_normal(gains.size)
+        motion = drives.motion(i, model, gains * off, louder)
         if motion is None:
             continue
-        own, spectra = values_of_motion(
-            model, motion, planned.excited, longer, generator, planned.carried
-        )
-        values.append(own)
+        rows = np.array(list(motion.responses.values()))
+        spectra = densities(rows, motion.sample_rate, planned.excited)
+        largest = partial(_largest, longer, generator)
+        values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
         frequency = spectra[0].frequency
-        densities.append([one.values for one in spectra])
+        drawn_densities.append([one.values for one in spectra])
     if best is None or 2 * len(values) < count:
         raise SimulationError(
             f"{planned.test.source}: test {planned.test.id}: the motion of "
@@ -164,7 +166,7 @@ def ensemble(
             "numbers; these tests do not tell them well enough for this level."
         )
     names = list(numbers.model.sensors)
-    stacked = np.array(densities)
+    stacked = np.array(drawn_densities)
     return Ensemble(
         {q: np.array([one[q] for one in values]) for q in values[0]},
         frequency,
@@ -172,6 +174,11 @@ def ensemble(
         count - len(values),
         best,
     )
+
+
+def _largest(longer: float, generator: np.random.Generator, samples: FloatArray) -> float:
+    """Return the largest size in a duration, over that of the samples [-], by chance."""
+    return largest_in(samples, longer, generator.random())
 
 
 @final

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, final
 
 import numpy as np
@@ -36,6 +37,7 @@ from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test
 from shakerproc.testlog import Test, TestLog
+from shakerproc.testlog.limits import Limit
 
 OUTSIDE: Final = 0.01
 """Share of its ends by which the band of a planned test may lie outside that of the tests that
@@ -277,7 +279,7 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
 def _forecast(
     evidence: Evidence,
     planned: Planned,
-    limits: Sequence[tuple[object, Quantity]],
+    limits: Sequence[tuple[Limit, Quantity]],
     seed: int,
     say: Callable[[str], None],
 ) -> TestForecast:
@@ -297,16 +299,16 @@ def _forecast(
 
     judged = []
     for limit, quantity in limits:
-        value = limit.value  # type: ignore[attr-defined]
-        reached = level_of(lambda level, q=quantity, v=value: probability(q, v, level))  # type: ignore[misc]
-        judged.append(Judged(limit, quantity, spreads[quantity].exceeds(value), reached))  # type: ignore[arg-type]
+        reached = level_of(partial(probability, quantity, limit.value))
+        exceeds = spreads[quantity].exceeds(limit.value)
+        judged.append(Judged(limit, quantity, exceeds, reached))
     run = _scaled_run(evidence, planned)
     ratio = amplitude / amplitude_of_measured(run.measured)
     why = reasons(evidence.numbers.model, run.motion, made.motion)
+    linear = _linear(run, spreads, made, ratio)
     return TestForecast(
-        planned, distance, made, spreads, _linear(run, spreads, made, ratio), tuple(judged), run,
-        tuple(why),
-    )  # fmt: skip
+        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why)
+    )
 
 
 def _spread(

@@ -1,4 +1,4 @@
-"""Limits of a log as quantities of a forecast: probability, and the level at which it is 5 %."""
+"""Limits of a log as quantities, and the level at which one is exceeded with 5 %."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.errors import LogError
-from shakerproc.forecast.motion import joints_of_model
+from shakerproc.forecast.motion import What, joints_of_model
 from shakerproc.forecast.quantities import Quantity
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
@@ -58,7 +58,7 @@ def name_of(limit: Limit) -> str:
     """Return what a limit is of, for people."""
     if limit.whose == "response":
         return f"{limit.name} {limit.statistic}"
-    what = _of_joint(limit) if limit.whose == "joint" else ""
+    what = what_of_joint(limit) if limit.whose == "joint" else ""
     return " ".join(filter(None, (limit.whose, limit.name, what)))
 
 
@@ -79,37 +79,79 @@ def quantity_of(limit: Limit, model: Model, log: TestLog) -> Quantity:
     LogError
         If the model has no such sensor or joint, or what it limits is not known.
     """
-    unit = model.unit_of(limit.unit) if limit.unit in {"m", "N"} else limit.unit
-    if limit.whose == "response":
-        sensor = model.sensors.get(limit.name)
-        if sensor is None:
-            raise _error(
-                log, limit, f"expected a sensor of the model: {', '.join(model.sensors)}"
-            )
-        if model.sensor_unit(sensor) != limit.unit:
-            raise _error(
-                log, limit,
-                f"expected a limit in {model.sensor_unit(sensor)}, which {limit.name} measures",
-            )  # fmt: skip
-        return Quantity("response", limit.name, limit.statistic, limit.unit)
+    try:
+        if limit.whose == "response":
+            return _of_response(limit, model)
+        _check_peak(limit)
+        if limit.whose == "joint":
+            return _of_joint(limit, model)
+        if limit.whose == "shaker":
+            return _of_shaker(limit, model, log)
+    except ValueError as error:
+        raise LogError(str(log.document.error(("limits", *limit.key), str(error)))) from error
+    return Quantity("force", "", "force", limit.unit)
+
+
+def _check_peak(limit: Limit) -> None:
+    """Pass a limit of a largest value.
+
+    Raises
+    ------
+    ValueError
+        If it is one of an rms value.
+    """
     if limit.statistic == "rms":
-        raise _error(log, limit, "expected a peak value; rms limits are of channels only")
-    if limit.whose == "joint":
-        known = ["-".join(pair) for pair in joints_of_model(model)]
-        names = {name: name for name in known}
-        names |= {"-".join(reversed(pair)): "-".join(pair) for pair in joints_of_model(model)}
-        if limit.name not in names:
-            raise _error(log, limit, f"expected a joint of the model: {', '.join(known)}")
-        return Quantity("joint", names[limit.name], _of_joint(limit), unit)
-    if limit.whose == "force":
-        return Quantity("force", "", "force", unit)
+        raise ValueError("expected a peak value; rms limits are of channels only")
+
+
+def _of_response(limit: Limit, model: Model) -> Quantity:
+    """Return the quantity of a channel.
+
+    Raises
+    ------
+    ValueError
+        If no sensor of the model measures it.
+    """
+    sensor = model.sensors.get(limit.name)
+    if sensor is None:
+        raise ValueError(f"expected a sensor of the model: {', '.join(model.sensors)}")
+    unit = model.sensor_unit(sensor)
+    if unit != limit.unit:
+        raise ValueError(f"expected a limit in {unit}, which {limit.name} measures")
+    return Quantity("response", limit.name, limit.statistic, unit)
+
+
+def _of_joint(limit: Limit, model: Model) -> Quantity:
+    """Return the quantity of a joint, whose places may be written in either order.
+
+    Raises
+    ------
+    ValueError
+        If the model has no such joint.
+    """
+    names = {}
+    for pair in joints_of_model(model):
+        names["-".join(pair)] = names["-".join(reversed(pair))] = "-".join(pair)
+    if limit.name not in names:
+        known = ", ".join(dict.fromkeys(names.values()))
+        raise ValueError(f"expected a joint of the model: {known}")
+    return Quantity("joint", names[limit.name], what_of_joint(limit), limit.unit)
+
+
+def _of_shaker(limit: Limit, model: Model, log: TestLog) -> Quantity:
+    """Return the quantity of the shaker's table.
+
+    Raises
+    ------
+    ValueError
+        If no table moves, or the mass that its force moves is not known.
+    """
     if not model.excitation.moves_base:
-        raise _error(log, limit, "a force drives the model, so no table moves; take it out")
+        raise ValueError("a force drives the model, so no table moves; take it out")
     if limit.name == "force" and log.shaker.moving_mass is None:
-        raise _error(
-            log, limit, "expected shaker: {moving_mass: 12 kg}, without which no force is known"
-        )
-    return Quantity("shaker", "", limit.name, unit)  # type: ignore[arg-type]
+        raise ValueError("expected shaker: {moving_mass: 12 kg}, or its force is not known")
+    what: What = limit.name  # type: ignore[assignment]
+    return Quantity("shaker", "", what, limit.unit)
 
 
 def level_of(probability: Callable[[float], float]) -> float | None:
@@ -140,9 +182,6 @@ def _score(probability: float) -> float:
     return float(scipy.special.ndtri(np.clip(probability, _LEAST, 1.0 - _LEAST)))
 
 
-def _of_joint(limit: Limit) -> "str":
+def what_of_joint(limit: Limit) -> What:
+    """Return which quantity of a joint a limit is of, by its unit."""
     return "force" if limit.unit in {"N", "N m"} else "displacement"
-
-
-def _error(log: TestLog, limit: Limit, message: str) -> LogError:
-    return LogError(str(log.document.error(("limits", *limit.key), message)))

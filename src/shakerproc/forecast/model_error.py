@@ -1,8 +1,8 @@
 """How far the model misses a level that it was not fitted to, from levels that were run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
@@ -21,9 +21,7 @@ SPREAD_DRAWS: Final = 8
 """Draws of the numbers that tell what these leave open of a level that was run [-]."""
 
 FINEST_DB: Final = 0.1
-"""Error below which forecasts of levels are equally telling: what 1 % of calibration is [dB]."""
-
-Fitting: TypeAlias = Callable[[Sequence[Measured]], FittedNumbers]
+"""Error below which forecasts of levels are equally telling: 1 % of calibration [dB]."""
 
 
 @final
@@ -69,9 +67,10 @@ class Error:
         w_k = \frac{1}{v_k + \sigma_0^2 + \varepsilon^2}
 
     with the errors :math:`e` of levels that were fitted (0) and that were forecast (k), and the
-    variance :math:`v` that the fitted numbers leave: what that explains is no model error, and
-    is in the band already (DerSimonian and Laird [1]_, each term above 0). Of so few levels the error follows
-    Student's law with as many degrees of freedom as levels that were forecast.
+    variance :math:`v` that the fitted numbers leave: what that explains is no model error,
+    and is in the band already (DerSimonian and Laird [1]_, each term above 0). Of so few
+    levels the error follows Student's law, with as many degrees of freedom as levels that were
+    forecast.
 
     Attributes
     ----------
@@ -103,14 +102,10 @@ def error_of(errors: Sequence[LevelError]) -> Error:
     ahead = [one for one in errors if one.distance_db]
     excess = [max(one.error_db**2 - one.spread_db**2, 0.0) for one in own]
     fitted = float(np.sqrt(np.mean(excess))) if own else 0.0
-    weight, square, distance = (
-        np.array([function(one) for one in ahead])
-        for function in (
-            lambda one: 1.0 / (one.spread_db**2 + fitted**2 + FINEST_DB**2),
-            lambda one: max(one.error_db**2 - one.spread_db**2, 0.0),
-            lambda one: one.distance_db**2,
-        )
-    )
+    spread = np.array([one.spread_db for one in ahead]) ** 2
+    square = np.maximum(np.array([one.error_db for one in ahead]) ** 2 - spread, 0.0)
+    distance = np.array([one.distance_db for one in ahead]) ** 2
+    weight = 1.0 / (spread + fitted**2 + FINEST_DB**2)
     growth = float(np.sqrt(np.sum(weight * square) / np.sum(weight * distance)))
     tests = np.array([one.test for one in ahead])
     shares = np.array([np.sum((weight * distance)[tests == name]) for name in np.unique(tests)])
@@ -183,16 +178,17 @@ def level_errors(
     found = []
     for measured in tests:
         run = run_of(numbers, measured)
-        predicted = _predicted(run.motion, numbers.model, measured)
         drawn = numbers.drawn(SPREAD_DRAWS, np.random.default_rng(0))
         motions = [(model, simulated(model, measured, gains)) for model, gains in drawn]
         each = [_predicted(one, model, measured) for model, one in motions if one is not None]
+        every = [_predicted(run.motion, numbers.model, measured), *each]
         distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
         for quantity, value in run.values.items():
             spread = [decibels(one[quantity]) for one in each]
             found.append(
                 LevelError(
-                    measured.name, quantity, predicted[quantity], value, distance,
+                    measured.name, quantity,
+                    float(np.median([one[quantity] for one in every])), value, distance,
                     float(np.std(spread)) if len(spread) > 1 else np.inf,
                 )
             )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
@@ -16,8 +16,16 @@ from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation import Input, Runs, free_runs
 
+What: TypeAlias = Literal[
+    "rms", "peak", "peak_frequency_hz", "displacement", "force", "velocity", "acceleration"
+]
+"""What a quantity is."""
+
 _PLACE: Final = "displacement of "
 _SPEED: Final = "velocity of "
+_OF_TABLE: Final[tuple[tuple[What, str], ...]] = (
+    ("acceleration", "m/s^2"), ("velocity", "m/s"), ("displacement", "m"),
+)  # fmt: skip
 
 
 @final
@@ -45,7 +53,7 @@ class Motion:
         What each sensor records within the band [unit of the sensor].
     joints : mapping of (str, str) to JointMotion
         Motion and force in each joint.
-    table : tuple of (str, (n,) array, str)
+    table : tuple of (What, (n,) array, str)
         Acceleration, velocity and displacement of the base, with their units; none where a
         force drives, or nobody asked.
     """
@@ -54,7 +62,7 @@ class Motion:
     drive: FloatArray
     responses: Mapping[str, FloatArray]
     joints: Mapping[tuple[str, str], JointMotion]
-    table: tuple[tuple[str, FloatArray, str], ...]
+    table: tuple[tuple[What, FloatArray, str], ...]
 
 
 def motion_of(
@@ -138,7 +146,7 @@ def _joint(
 
 def _table(
     model: Model, drive: FloatArray, rate: float, band: tuple[float, float]
-) -> tuple[tuple[str, FloatArray, str], ...]:
+) -> tuple[tuple[What, FloatArray, str], ...]:
     """Return acceleration, velocity and displacement of the base within a band."""
     if not model.excitation.moves_base:
         return ()

@@ -1,6 +1,6 @@
 """What is told of a test: rms, largest value and peak frequency of responses, joints, drive."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
@@ -8,14 +8,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.forecast.extremes import largest_in
-from shakerproc.forecast.motion import Motion
+from shakerproc.forecast.motion import Motion, What
 from shakerproc.models import BASE, Model
 from shakerproc.spectra import cross_spectra, find_peaks, psd
 
 Whose: TypeAlias = Literal["response", "joint", "force", "shaker"]
-What: TypeAlias = Literal[
-    "rms", "peak", "peak_frequency_hz", "displacement", "force", "velocity", "acceleration"
-]
 
 SEGMENTS: Final = 24
 """Welch segments at least of the density of a test, as `compare` keeps them [-]."""
@@ -47,37 +44,8 @@ class Quantity:
     unit: str
 
 
-Values: TypeAlias = Mapping[Quantity, float]
-
-
-def values_of_response(
-    name: str,
-    unit: str,
-    samples: FloatArray,
-    spectrum: "Density",
-    longer: float = 1.0,
-    chance: float = 0.5,
-) -> dict[Quantity, float]:
-    """Return rms, largest value and peak frequency of a response.
-
-    Parameters
-    ----------
-    name, unit : str
-        Of the sensor.
-    samples : (n,) array
-        Within the compared band [unit].
-    spectrum : Density
-        Of the same samples.
-    longer : float
-        Duration that the largest value is of, over that of the samples [-].
-    chance : float
-        See `largest_in` [-].
-    """
-    return {
-        Quantity("response", name, "rms", unit): float(np.std(samples)),
-        Quantity("response", name, "peak", unit): largest_in(samples, longer, chance),
-        Quantity("response", name, "peak_frequency_hz", "Hz"): spectrum.peak_frequency,
-    }
+Largest: TypeAlias = Callable[[FloatArray], float]
+"""From samples to the largest size of them in the whole duration of a test."""
 
 
 @final
@@ -129,15 +97,37 @@ def densities(
     return tuple(Density(found.frequency, one, band) for one in psd(found))
 
 
+def values_of_response(
+    name: str, unit: str, samples: FloatArray, spectrum: Density, largest: Largest = largest_in
+) -> dict[Quantity, float]:
+    """Return rms, largest value and peak frequency of a response.
+
+    Parameters
+    ----------
+    name, unit : str
+        Of the sensor.
+    samples : (n,) array
+        Within the compared band [unit].
+    spectrum : Density
+        Of the same samples.
+    largest : callable
+        Tells the largest size; by default that of the samples.
+    """
+    return {
+        Quantity("response", name, "rms", unit): float(np.std(samples)),
+        Quantity("response", name, "peak", unit): largest(samples),
+        Quantity("response", name, "peak_frequency_hz", "Hz"): spectrum.peak_frequency,
+    }
+
+
 def values_of_motion(
     model: Model,
     motion: Motion,
-    band: tuple[float, float],
-    longer: float,
-    generator: np.random.Generator,
+    spectra: Sequence[Density],
+    largest: Largest,
     carried: float | None = None,
-) -> tuple[dict[Quantity, float], tuple[Density, ...]]:
-    """Return all quantities of a simulated test, and the densities of its responses.
+) -> dict[Quantity, float]:
+    """Return all quantities of a simulated test.
 
     Parameters
     ----------
@@ -145,39 +135,37 @@ def values_of_motion(
         What was shaken.
     motion : Motion
         What it did.
-    band : (float, float)
-        What is excited [Hz].
-    longer : float
-        Duration of the test over that of the motion [-].
-    generator : numpy.random.Generator
-        Where the largest value of what was not simulated comes from.
+    spectra : sequence of Density
+        Of its responses.
+    largest : callable
+        Tells the largest size in the whole duration.
     carried : float, optional
         Mass that the shaker moves besides the model; None where it is not known [kg].
     """
-    rows = np.array([motion.responses[name] for name in motion.responses])
-    spectra = densities(rows, motion.sample_rate, band)
     found: dict[Quantity, float] = {}
     for (name, samples), spectrum in zip(motion.responses.items(), spectra, strict=True):
         unit = model.sensor_unit(model.sensors[name])
-        own = values_of_response(name, unit, samples, spectrum, longer, generator.random())
-        found |= own
+        found |= values_of_response(name, unit, samples, spectrum, largest)
     metre, newton = model.unit_of("m"), model.unit_of("N")
-    into = np.zeros(motion.drive.size)
-    for (first, second), joint in motion.joints.items():
-        name = f"{first}-{second}"
-        for what, samples, unit in (
-            ("displacement", joint.displacement, metre), ("force", joint.force, newton)
-        ):  # fmt: skip
-            size = largest_in(samples, longer, generator.random())
-            found[Quantity("joint", name, what, unit)] = size  # type: ignore[arg-type]
-        into = into + joint.force * (float(first == BASE) - float(second == BASE))
-    if not model.excitation.moves_base:
-        into = motion.drive
-    found[Quantity("force", "", "force", newton)] = largest_in(into, longer, generator.random())
+    for pair, joint in motion.joints.items():
+        name = "-".join(pair)
+        moved = Quantity("joint", name, "displacement", metre)
+        found[moved] = largest(joint.displacement)
+        found[Quantity("joint", name, "force", newton)] = largest(joint.force)
+    into = _force_into(model, motion)
+    found[Quantity("force", "", "force", newton)] = largest(into)
     for what, samples, unit in motion.table:
-        size = largest_in(samples, longer, generator.random())
-        found[Quantity("shaker", "", what, unit)] = size  # type: ignore[arg-type]
+        found[Quantity("shaker", "", what, unit)] = largest(samples)
         if what == "acceleration" and carried is not None:
-            pushed = largest_in(carried * samples - into, longer, generator.random())
+            pushed = largest(carried * samples - into)
             found[Quantity("shaker", "", "force", newton)] = pushed
-    return found, spectra
+    return found
+
+
+def _force_into(model: Model, motion: Motion) -> FloatArray:
+    """Return the force of the base, or the one that drives, on the specimen, (n,) array [N]."""
+    if not model.excitation.moves_base:
+        return motion.drive
+    signs = [float(first == BASE) - float(second == BASE) for first, second in motion.joints]
+    forces = np.array([joint.force for joint in motion.joints.values()])
+    return np.asarray(np.array(signs) @ forces)

@@ -126,7 +126,13 @@ def forecast_log(
     say: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
-    """Return a forecast, told of what is going on and of faulty channels; see `forecast`."""
+    """Return a forecast, told of what is going on and of faulty channels; see `forecast`.
+
+    Raises
+    ------
+    LogError
+        If nothing drives the model, nothing is planned, or a limit cannot be judged.
+    """
     if model.excitation.role is None or model.excitation.imposed:
         raise LogError(
             f"{model.title}: a forecast needs a model that a base acceleration or a force "
