@@ -1,6 +1,7 @@
 """Levels of tests: how strongly each shakes, and which of them are one level."""
 
 from collections.abc import Sequence
+from math import sqrt
 from typing import Final
 
 import numpy as np
@@ -22,11 +23,11 @@ def amplitude_of(test: Test) -> float | None:
     if test.excitation in BROADBAND and (test.profile or test.level):
         return noise_profile(test).rms
     if test.profile is not None:
-        return float(np.max(test.profile.level)) / np.sqrt(2.0)
+        return max(test.profile.level) / sqrt(2.0)
     if test.level is None or test.level_unit is None:
         return None
     kind = LEVELS[test.level_unit][0]
-    return test.level / np.sqrt(2.0) if kind == "amplitude" else test.level
+    return test.level / sqrt(2.0) if kind == "amplitude" else test.level
 
 
 def amplitude_of_measured(measured: Measured) -> float:

@@ -153,7 +153,7 @@ def _table(
     length = scipy.fft.next_fast_len(2 * drive.size, real=True)
     omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / rate)
     spectrum = scipy.fft.rfft(in_band(drive, rate, band), length)
-    found = []
+    found: list[tuple[What, FloatArray, str]] = []
     for order, (what, unit) in enumerate((
         ("acceleration", "m/s^2"),
         ("velocity", "m/s"),

@@ -31,8 +31,8 @@ _SHOWN: Final = {
 
 
 def plan_campaign(log: TestLog, wish: PlanWish) -> tuple[PlannedTest, ...]:
-    """Return a row for each test of a log, discarded ones bare."""
-    return tuple(plan_test(test, wish) for test in log.tests)
+    """Return a row for each test of a log, discarded ones bare, planned ones last."""
+    return tuple(plan_test(test, wish) for test in (*log.tests, *log.planned))
 
 
 def displacement_of_test(

@@ -77,10 +77,12 @@ def limits_of(
         whose, name, units = _named(key)
         if whose == "response":
             _check_channel(key, channels)
-        several = isinstance(written, list | tuple)
-        for i, one in enumerate(written if several else [written]):  # type: ignore[arg-type]
-            place = (key, i) if several else (key,)
-            found.append(_limit(whose, name, one, units, place))
+        if isinstance(written, list | tuple):
+            found += [
+                _limit(whose, name, one, units, (key, i)) for i, one in enumerate(written)
+            ]
+        else:
+            found.append(_limit(whose, name, written, units, (key,)))
     return tuple(found)
 
 
