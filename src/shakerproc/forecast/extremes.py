@@ -16,11 +16,13 @@ EULER: Final = 0.5772156649015329
 def largest_in(samples: FloatArray, longer: float = 1.0, chance: float = 0.5) -> float:
     r"""Return the largest size in a duration, drawn where it is longer than the samples.
 
-    .. math:: x_T = u + \beta \left(\ln \frac{T}{B} - \ln(-\ln p)\right), \qquad
-        \beta = \frac{\sqrt 6}{\pi} \sigma_B, \quad u = \bar x_B - \gamma \beta
+    .. math:: x_T^2 = u + \beta \left(\ln \frac{T}{B} - \ln(-\ln p)\right), \qquad
+        \beta = \frac{\sqrt 6}{\pi} s_B, \quad u = m_B - \gamma \beta
 
-    with mean and standard deviation of the largest sizes in blocks of length :math:`B`; never
-    below the largest of the samples themselves.
+    with mean :math:`m_B` and standard deviation :math:`s_B` of the squares of the largest sizes
+    in blocks of length :math:`B`: those of narrow-band Gaussian response follow Gumbel's law
+    with one scale whatever the length, twice the variance [2]_. Never below the largest of the
+    samples themselves.
 
     Parameters
     ----------
@@ -42,8 +44,9 @@ def largest_in(samples: FloatArray, longer: float = 1.0, chance: float = 0.5) ->
     if longer <= 1.0 + 1e-9 or size.size < 2 * BLOCKS:
         return own
     n = size.size // BLOCKS
-    largest = size[: n * BLOCKS].reshape(BLOCKS, n).max(axis=1)
+    largest = size[: n * BLOCKS].reshape(BLOCKS, n).max(axis=1) ** 2
     scale = float(np.sqrt(6.0) / np.pi * np.std(largest, ddof=1))
     place = float(np.mean(largest)) - EULER * scale
     rest = BLOCKS * (longer - 1.0)
-    return max(own, place + scale * float(np.log(rest) - np.log(-np.log(chance or 1e-12))))
+    square = place + scale * float(np.log(rest) - np.log(-np.log(chance or 1e-12)))
+    return max(own, float(np.sqrt(max(square, 0.0))))
