@@ -11,7 +11,9 @@ HEAD = """\
 testlog: 1
 channels: {control: {role: control}, r1: {role: response, name: ch3}}
 """
-RUN = "{id: 1, recording: a.tdms, excitation: random, level: 0.01 g^2/Hz, from: 20 Hz, to: 1 kHz}"
+RUN = (
+    "{id: 1, recording: a.tdms, excitation: random, level: 0.01 g^2/Hz, from: 20 Hz, to: 1 kHz}"
+)
 PLANNED = "id: 2, planned: true, excitation: random, level: 0.04 g^2/Hz, from: 20 Hz, to: 1 kHz"
 
 

@@ -18,6 +18,7 @@ from shakerproc.runs.levels import density_unit
 
 PREDICTED: Final = 0
 LINEAR: Final = 1
+BAND_STYLE: Final = 5
 MEASURED: Final = (6, 7, 2, 3, 4)
 """Styles of the curves: what is predicted, scaled, and measured from the highest level down."""
 
@@ -63,7 +64,7 @@ def _plot(one: TestForecast, found: Forecast, name: str) -> Plot:
     )  # fmt: skip
     lines = [*curves, linear, predicted]
     return Plot(
-        [Filling("90 % band", frequency, under, over, PREDICTED), *lines],
+        [Filling("90 % band", frequency, under, over, BAND_STYLE), *lines],
         Axis("frequency [Hz]", low, high, logarithmic=True),
         logarithmic_axis(f"density [{density_unit(unit)}]", lines, 6),
         title=f"{name}, test {one.planned.test.id}",
