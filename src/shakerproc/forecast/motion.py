@@ -154,11 +154,7 @@ def _table(
     omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / rate)
     spectrum = scipy.fft.rfft(in_band(drive, rate, band), length)
     found: list[tuple[What, FloatArray, str]] = []
-    for order, (what, unit) in enumerate((
-        ("acceleration", "m/s^2"),
-        ("velocity", "m/s"),
-        ("displacement", "m"),
-    )):
+    for order, (what, unit) in enumerate(_OF_TABLE):
         divisor = np.maximum(omega, omega[1]) ** order
         samples = scipy.fft.irfft(spectrum / (1j**order * divisor), length)[: drive.size]
         found.append((what, samples, model.unit_of(unit)))
