@@ -36,6 +36,7 @@ from shakerproc.forecast.reasons import reasons
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test
+from shakerproc.planning.rehearsal import check_drive
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.limits import Limit
 
@@ -249,6 +250,7 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
     LogError
         If it cannot.
     """
+    check_drive(model, test)
     band = excited_band(test)
     amplitude = amplitude_of(test)
     if band is None or amplitude is None:
@@ -353,6 +355,14 @@ def _notes(evidence: Evidence, tests: Sequence[TestForecast]) -> tuple[str, ...]
     if evidence.numbers.untold:
         names = ", ".join(evidence.numbers.untold)
         found.append(f"no test tells {names}: the bands are as wide as that leaves them")
+    missed = [one for one in evidence.errors if one.distance_db and one.is_unexplained]
+    if missed:
+        worst = max(missed, key=lambda one: abs(one.error_db))
+        found.append(
+            f"the model misses levels that were run by up to {numeral(abs(worst.error_db), 2)} "
+            f"dB ({worst.quantity.name}, test {worst.test}), more than its numbers leave open: "
+            "ask diagnose what it lacks; the bands are widened by as much"
+        )
     for one in tests:
         if one.distance_db > FAR_DB:
             found.append(

@@ -23,6 +23,10 @@ SPREAD_DRAWS: Final = 8
 FINEST_DB: Final = 0.1
 """Error below which forecasts of levels are equally telling: 1 % of calibration [dB]."""
 
+UNEXPLAINED: Final = 4.0
+"""Standard deviations from which an error is surely more than chance: one in some 16 000, rare
+among all levels, responses and quantities of a log [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -54,6 +58,11 @@ class LevelError:
     def error_db(self) -> float:
         """Predicted over measured [dB]."""
         return decibels(self.predicted / self.measured)
+
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether chance, calibration and what the numbers leave open explain it not at all."""
+        return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
 
 
 @final
@@ -106,7 +115,10 @@ def error_of(errors: Sequence[LevelError]) -> Error:
     square = np.maximum(np.array([one.error_db for one in ahead]) ** 2 - spread, 0.0)
     distance = np.array([one.distance_db for one in ahead]) ** 2
     weight = 1.0 / (spread + fitted**2 + FINEST_DB**2)
-    growth = float(np.sqrt(np.sum(weight * square) / np.sum(weight * distance)))
+    known = float(np.sum(weight * distance))
+    if not known:  # no level tells it
+        return Error(fitted, np.inf, 1.0)
+    growth = float(np.sqrt(np.sum(weight * square) / known))
     tests = np.array([one.test for one in ahead])
     shares = np.array([np.sum((weight * distance)[tests == name]) for name in np.unique(tests)])
     return Error(fitted, growth, float(np.sum(shares) ** 2 / np.sum(shares**2)))
