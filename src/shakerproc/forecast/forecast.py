@@ -214,7 +214,7 @@ def evidence_of(
     for group in levels:
         if below:
             say(f"level {group[0].test.level_text} forecast from those below it")
-            own = fitted_numbers(numbers.model, below, say)
+            own = fitted_numbers(model, below, say)
             errors += level_errors(own, group, max(map(amplitude_of_measured, below)))
         below += [test for test in group if not test.test.hold_out]
     runs = tuple(run_of(numbers, test) for test in every)

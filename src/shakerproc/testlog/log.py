@@ -122,5 +122,7 @@ class TestLog:
     def error(self, test: Test, message: str, *key: str | int) -> LogError:
         """Return the error to raise about a test, at one of its keys where one is given."""
         every = [str(section.id) for section in self.document.value.tests]
+        if str(test.id) not in every:  # made from one that is there
+            return LogError(f"{test.source}: test {test.id}: {message}")
         place = self.document.error(("tests", every.index(str(test.id)), *key), message)
         return LogError(str(place))
