@@ -23,8 +23,8 @@ from blind import campaigns, folder
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import ShakerprocError
-from shakerproc.forecast import TestForecast, forecast_tests
-from shakerproc.forecast.quantities import densities
+from shakerproc.forecasts import TestForecast, forecast_tests
+from shakerproc.forecasts.quantities import densities
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.testlog import Test, read_testlog

@@ -13,8 +13,8 @@ from pathlib import Path
 from configs.benchmarks import convert
 
 from shakerproc.diagnosis.data.from_files import tests_of
-from shakerproc.forecast.forecast import evidence_of
-from shakerproc.forecast.levels import decibels, drive_rms, grouped
+from shakerproc.forecasts.forecast import evidence_of
+from shakerproc.forecasts.levels import decibels, drive_rms, grouped
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
 

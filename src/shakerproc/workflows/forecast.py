@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, final
 
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import ArgumentError, LogError
-from shakerproc.forecast import Forecast as Found
-from shakerproc.forecast import document_of, forecast_tests, headline, sentences
-from shakerproc.forecast.levels import amplitude_of_measured
-from shakerproc.forecast.limits import quantity_of
+from shakerproc.forecasts import Forecast as Found
+from shakerproc.forecasts import document_of, forecast_tests, headline, sentences
+from shakerproc.forecasts.levels import amplitude_of_measured
+from shakerproc.forecasts.limits import quantity_of
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
 from shakerproc.workflows.arguments import log_of, text_of, whole_of
@@ -36,7 +36,7 @@ class Forecast(Shown):
 
     Attributes
     ----------
-    found : shakerproc.forecast.Forecast
+    found : shakerproc.forecasts.Forecast
         The whole of it, typed.
     """
 

@@ -9,7 +9,7 @@ from shakerproc.cli import options, output
 from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
-    from shakerproc.forecast import TestForecast
+    from shakerproc.forecasts import TestForecast
     from shakerproc.workflows.forecast import Forecast
 
 
@@ -70,7 +70,7 @@ def forecast(
 
 
 def _print(found: "Forecast", folder: Path, json: str | None) -> None:
-    from shakerproc.forecast import sentences
+    from shakerproc.forecasts import sentences
 
     output.data(found.sentence, json_target=json)
     for one in found.found.tests:

@@ -5,10 +5,10 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecast import Forecast, Quantity, TestForecast, sentences
-from shakerproc.forecast.bands import Spread
-from shakerproc.forecast.levels import told_level
-from shakerproc.forecast.sentences import SHOWN, percent, told_limit
+from shakerproc.forecasts import Forecast, Quantity, TestForecast, sentences
+from shakerproc.forecasts.bands import Spread
+from shakerproc.forecasts.levels import told_level
+from shakerproc.forecasts.sentences import SHOWN, percent, told_limit
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot

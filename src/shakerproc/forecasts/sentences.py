@@ -5,9 +5,9 @@ from types import MappingProxyType
 from typing import Final
 
 from shakerproc.data import STANDARD_GRAVITY
-from shakerproc.forecast.forecast import Forecast, TestForecast
-from shakerproc.forecast.levels import decibels, told_level
-from shakerproc.forecast.limits import Judged
+from shakerproc.forecasts.forecast import Forecast, TestForecast
+from shakerproc.forecasts.levels import decibels, told_level
+from shakerproc.forecasts.limits import Judged
 from shakerproc.numerals import numeral
 
 SHOWN: Final[Mapping[str, tuple[str, float]]] = MappingProxyType({

@@ -11,9 +11,9 @@ from shakerproc.comparison.free_run_error import in_band
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
-from shakerproc.forecast.levels import amplitude_of_measured, decibels
-from shakerproc.forecast.motion import Motion, motion_of
-from shakerproc.forecast.quantities import Density, Quantity, densities, values_of_response
+from shakerproc.forecasts.levels import amplitude_of_measured, decibels
+from shakerproc.forecasts.motion import Motion, motion_of
+from shakerproc.forecasts.quantities import Density, Quantity, densities, values_of_response
 from shakerproc.models import Model
 from shakerproc.simulation.inputs import prepare_measured
 

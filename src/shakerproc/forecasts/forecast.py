@@ -11,9 +11,9 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
 from shakerproc.errors import DiagnosisError, LogError
-from shakerproc.forecast.bands import Spread, spread_of
-from shakerproc.forecast.ensemble import LEAST_DRAWS, Ensemble, Planned, ensemble, spreads_of
-from shakerproc.forecast.levels import (
+from shakerproc.forecasts.bands import Spread, spread_of
+from shakerproc.forecasts.ensemble import LEAST_DRAWS, Ensemble, Planned, ensemble, spreads_of
+from shakerproc.forecasts.levels import (
     amplitude_of,
     amplitude_of_measured,
     decibels,
@@ -22,8 +22,8 @@ from shakerproc.forecast.levels import (
     grouped,
     in_order,
 )
-from shakerproc.forecast.limits import ALLOWED, Judged, level_of, quantity_of
-from shakerproc.forecast.model_error import (
+from shakerproc.forecasts.limits import ALLOWED, Judged, level_of, quantity_of
+from shakerproc.forecasts.model_error import (
     Error,
     LevelError,
     Run,
@@ -31,8 +31,8 @@ from shakerproc.forecast.model_error import (
     level_errors,
     run_of,
 )
-from shakerproc.forecast.quantities import Quantity
-from shakerproc.forecast.reasons import reasons
+from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.reasons import reasons
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test

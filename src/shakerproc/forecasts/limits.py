@@ -8,8 +8,8 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.errors import LogError
-from shakerproc.forecast.motion import What, joints_of_model
-from shakerproc.forecast.quantities import Quantity
+from shakerproc.forecasts.motion import What, joints_of_model
+from shakerproc.forecasts.quantities import Quantity
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 from shakerproc.testlog.limits import Limit

@@ -2,10 +2,10 @@
 
 from typing import Any, Final
 
-from shakerproc.forecast.forecast import Forecast, TestForecast
-from shakerproc.forecast.levels import told_level
-from shakerproc.forecast.quantities import Quantity
-from shakerproc.forecast.sentences import sentences
+from shakerproc.forecasts.forecast import Forecast, TestForecast
+from shakerproc.forecasts.levels import told_level
+from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.sentences import sentences
 
 SCHEMA: Final = "shakerproc-forecast/1"
 """What a forecast.json holds."""

@@ -5,10 +5,10 @@ import pytest
 import scipy.stats
 from numpy.testing import assert_allclose
 
-from shakerproc.forecast.bands import spread_of
-from shakerproc.forecast.limits import level_of
-from shakerproc.forecast.model_error import LevelError, error_of
-from shakerproc.forecast.quantities import Quantity
+from shakerproc.forecasts.bands import spread_of
+from shakerproc.forecasts.limits import level_of
+from shakerproc.forecasts.model_error import LevelError, error_of
+from shakerproc.forecasts.quantities import Quantity
 
 RMS = Quantity("response", "ch3", "rms", "m/s^2")
 

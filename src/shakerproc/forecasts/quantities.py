@@ -7,8 +7,8 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecast.extremes import largest_in
-from shakerproc.forecast.motion import Motion, What
+from shakerproc.forecasts.extremes import largest_in
+from shakerproc.forecasts.motion import Motion, What
 from shakerproc.models import BASE, Model
 from shakerproc.spectra import cross_spectra, find_peaks, psd
 

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecast.motion import JointMotion, Motion
+from shakerproc.forecasts.motion import JointMotion, Motion
 from shakerproc.models import AbstractMemorylessEffect, Element, Model
 from shakerproc.models.laws import Law
 from shakerproc.models.parallel_elements import resolved
