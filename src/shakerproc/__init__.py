@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from shakerproc.workflows.comparison import compare
     from shakerproc.workflows.diagnosis import diagnose
     from shakerproc.workflows.effect_list import effects
+    from shakerproc.workflows.forecast import forecast
     from shakerproc.workflows.modes import modes
     from shakerproc.workflows.reading import read_log, read_model
     from shakerproc.workflows.recording import open_recording
@@ -38,6 +39,7 @@ __all__ = [
     "compare",
     "diagnose",
     "effects",
+    "forecast",
     "modes",
     "open_recording",
     "process",
@@ -58,6 +60,7 @@ API: Final = MappingProxyType({
     "add": "updated_model",
     "simulate": "simulation",
     "effects": "effect_list",
+    "forecast": "forecast",
 })
 """Where in `shakerproc.workflows` each function is."""
 

@@ -9,7 +9,15 @@ from tests.comparison.small_campaigns import campaign, drive, written
 
 import shakerproc as sp
 from shakerproc.workflows import campaign as tests_of_a_log
-from shakerproc.workflows import comparison, diagnosis, modes, run, simulation, updated_model
+from shakerproc.workflows import (
+    comparison,
+    diagnosis,
+    forecast,
+    modes,
+    run,
+    simulation,
+    updated_model,
+)
 from shakerproc.workflows.option_values import Options
 
 RECORDING = Path(__file__).parents[2] / "sample_data/recordings/Test_1/Acceleration.tdms"
@@ -20,13 +28,14 @@ KINDS = (
 WORK = {
     run: "process_file", tests_of_a_log: "_in_threads", comparison: "compare_any",
     modes: "modes_of", diagnosis: "diagnose_tests", updated_model: "fitted_effect",
-    simulation: "simulated",
+    simulation: "simulated", forecast: "forecast_log",
 }  # fmt: skip
 GIVEN = {
     "open_recording": ("path",), "read_log": ("path",), "read_model": ("path",),
     "process": ("recording",), "batch": ("log",), "compare": ("model", "log"),
     "diagnose": ("model", "log"), "add": ("effect", "model", "log"), "modes": ("log",),
     "simulate": ("model", "excitation", "sample_rate"), "effects": (),
+    "forecast": ("model", "log"),
 }  # fmt: skip
 
 

@@ -20,7 +20,7 @@ GROUPS: Final[Mapping[str, Sequence[str]]] = {
     "Recordings": ("inspect", "process", "convert"),
     "A campaign": ("batch", "watch", "check", "modal"),
     "The model": ("compare", "diagnose", "add", "simulate", "response", "study", "effects"),
-    "Before the test": ("plan",),
+    "Before the test": ("plan", "forecast"),
     "Coupons and other programs": ("coupon", "stiffness", "nastran"),
 }
 """Groups of commands, in the order of the help."""

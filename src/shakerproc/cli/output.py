@@ -22,6 +22,8 @@ from shakerproc.workflows.folders import checked_folder, own_folder
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from shakerproc.testlog import TestLog
+
 _BARS: Final[list["Console"]] = []
 """Where a bar is being drawn: what is said meanwhile must not run into it."""
 
@@ -157,6 +159,12 @@ def results(folder: Path, command: str) -> Iterator[None]:
 def command() -> str:
     """Return the command line, as one may type it again."""
     return shlex.join(["shakerproc", *sys.argv[1:]])
+
+
+def say_left_out(log: "TestLog") -> None:
+    """Say which tests of a log are planned and take no part."""
+    for text in log.left_out:
+        message(text)
 
 
 def print_if(wanted: bool, page: Path) -> None:

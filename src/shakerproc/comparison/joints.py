@@ -346,7 +346,7 @@ def _motion(
         if set(element.between) == set(joint.between) and not isinstance(
             element.effect, AttachedMode
         ):
-            laws = laws + _law(element, joint.between, displacement, velocity, rate)
+            laws = laws + law_along(element, joint.between, displacement, velocity, rate)
     gain, judged = motion.gain(band), motion.judged
     return JointMotion(
         joint.between,
@@ -387,13 +387,26 @@ def _rms(
     return float(np.std(motion.back(force * motion.gain(band))[motion.judged]))
 
 
-def _law(
+def law_along(
     element: Element,
     pair: tuple[str, str],
     displacement: FloatArray,
     velocity: FloatArray,
     rate: float,
 ) -> FloatArray:
+    """Return the force of an element along a motion of its joint, (n,) array [N].
+
+    Parameters
+    ----------
+    element : Element
+        The law and its two places.
+    pair : (str, str)
+        The places of the joint, in its direction.
+    displacement, velocity : (n,) array
+        Motion of the second place against the first [m], [m/s].
+    rate : float
+        Samples per second [Hz].
+    """
     turn = 1.0 if element.between == pair else -1.0
     force = element.effect.force_along(turn * displacement, turn * velocity, rate)
     return turn * force

@@ -242,7 +242,7 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
         raise DiagnosisError(
             f"{log.path.name}: no test is left to judge by. {left_out[0]}{more}"
         )
-    return Usable(with_repeats(found), tuple(left_out))
+    return Usable(with_repeats(found), (*left_out, *log.left_out))
 
 
 def with_repeats(

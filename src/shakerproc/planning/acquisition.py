@@ -37,8 +37,8 @@ def rate_at(test: Test, frequency: float) -> float | None:
 
 
 def duration_of_test(test: Test, otherwise: float | None = None) -> float | None:
-    """Return how long a test runs [s]: by sweep or periods, by expectation, or as given."""
-    needed = nominal_duration(test)
+    """Return how long a test runs [s]: by sweep or periods, as planned, expected or given."""
+    needed = nominal_duration(test) or test.duration
     if needed is None and test.multisine is not None:
         needed = test.multisine.duration
     if needed is not None:

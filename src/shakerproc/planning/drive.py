@@ -1,5 +1,6 @@
 """The excitation that the log asks for, as samples: what the shaker would do in a test."""
 
+from collections.abc import Callable
 from math import log2
 from typing import Final
 
@@ -17,6 +18,7 @@ from shakerproc.simulation.excitations import (
 )
 from shakerproc.simulation.noise import NoiseProfile, faded, flat_profile, random_noise
 from shakerproc.simulation.pieces import Signal
+from shakerproc.spectra.profiles import profile_at
 from shakerproc.testlog import PULSES, Test, nominal_duration
 
 STEPS_PER_OCTAVE: Final = 24
@@ -87,18 +89,17 @@ def drive_of_test(
         If the log does not say what shakes the test, or how strongly.
     """
     known = test.excitation is not None and not not_playable(test)
-    if test.level is None or test.level_unit is None or not known:
+    stated = test.level is not None and test.level_unit is not None
+    if not (stated or test.profile is not None) or not known:
         raise LogError(f"{test.source}: test {test.id}: {_lacking(test)}")
     ramp = min(RAMP, 0.1 * duration)
     if test.excitation == "multisine":
-        profile = _profile(test, test.level)
-        return played(test, profile, sample_rate, ramp, generator)
+        return played(test, noise_profile(test), sample_rate, ramp, generator)
     if test.excitation in {"random", "sine on random"}:
-        profile = _profile(test, test.level)
-        samples = random_noise(profile, duration, sample_rate, generator)
+        samples = random_noise(noise_profile(test), duration, sample_rate, generator)
         samples += _tones(test, samples.size, sample_rate, generator)
     else:
-        signal = _signal(test, test.level, duration)
+        signal = _signal(test, duration)
         samples = signal(np.arange(round(duration * sample_rate)) / sample_rate)
     return faded(samples, sample_rate, ramp)
 
@@ -139,14 +140,21 @@ def _lacking(test: Test) -> str:
     return f"{why}; leave this test out" if why else "the log does not say its level; add it"
 
 
-def _profile(test: Test, level: float) -> NoiseProfile:
+def noise_profile(test: Test) -> NoiseProfile:
+    """Return the density that a random test demands at every frequency."""
+    level = test.level or 0.0
+    if test.profile is not None:
+        shape = NoiseProfile(test.profile.frequency_hz, test.profile.level)
+        factor = (level / shape.rms) ** 2 if level else 1.0
+        return NoiseProfile(shape.frequency, tuple(factor * one for one in shape.density))
     low, high = _band(test)
     rms = str(test.level_unit).endswith("rms")
     density = level**2 / (high - low) if rms else level
     return flat_profile(low, high, density)
 
 
-def _signal(test: Test, level: float, duration: float) -> Signal:
+def _signal(test: Test, duration: float) -> Signal:
+    level = test.level or 1.0
     if test.excitation == "sine":
         if test.frequency_hz is None:
             raise LogError(f"{test.source}: test {test.id}: no frequency; add it")
@@ -159,8 +167,32 @@ def _signal(test: Test, level: float, duration: float) -> Signal:
         cycles = max(1, round(duration / float(np.sum(1.0 / steps))))
         return stepped_sine([float(f) for f in steps], cycles, level)
     if test.rate_hz_per_s is not None:
-        return linear_sweep(first, last, duration, level)
-    return logarithmic_sweep(first, last, 60.0 * log2(high / low) / duration, level)
+        swept = linear_sweep(first, last, duration, level)
+        return _shaped(test, swept, lambda share: first + (last - first) * share, duration)
+    rate = 60.0 * log2(high / low) / duration
+    swept = logarithmic_sweep(first, last, rate, level)
+    return _shaped(test, swept, lambda share: first * (last / first) ** share, duration)
+
+
+def _shaped(
+    test: Test, swept: Signal, frequency: Callable[[FloatArray], FloatArray], duration: float
+) -> Signal:
+    """Return a sweep with the amplitude that the profile of its test has at each frequency.
+
+    `frequency` is a function of the share of the duration [s] that has passed.
+    """
+    profile = test.profile
+    if profile is None:
+        return swept
+    corners = np.array(profile.frequency_hz), np.array(profile.level)
+
+    def signal(time: FloatArray) -> FloatArray:
+        now = frequency(np.clip(time / duration, 0.0, 1.0))
+        inside = np.clip(now, corners[0][0], corners[0][-1])
+        shaped: FloatArray = swept(time) * profile_at(inside, *corners)
+        return shaped
+
+    return signal
 
 
 def _band(test: Test) -> tuple[float, float]:

@@ -20,23 +20,19 @@ from shakerproc.planning.reach import Band, Reach, bands_within_limits, reach
 from shakerproc.planning.remarks import remarks_on
 from shakerproc.spectra.tones.passing import swept_peak
 from shakerproc.testlog import PULSES, Test, TestLog
-from shakerproc.testlog.excitation import LEVELS
+from shakerproc.testlog.excitation import LEVELS, LevelUnit
 
 _SHOWN: Final = {
-    "m/s^2": ("g", STANDARD_GRAVITY, 1.0),
-    "(m/s^2)^2/Hz": ("g^2/Hz", STANDARD_GRAVITY**2, 2.0),
-    "m/s^2 rms": ("g rms", STANDARD_GRAVITY, 1.0),
-    "N": ("N", 1.0, 1.0),
-    "N^2/Hz": ("N^2/Hz", 1.0, 2.0),
-    "N rms": ("N rms", 1.0, 1.0),
+    "m/s^2": ("g", STANDARD_GRAVITY),
+    "(m/s^2)^2/Hz": ("g^2/Hz", STANDARD_GRAVITY**2),
+    "m/s^2 rms": ("g rms", STANDARD_GRAVITY),
 }
-"""Unit that a level is shown in, its size in SI, and the power of the amplitude that it is;
-others are shown in SI."""
+"""Unit that a level is shown in, and its size in SI; others are shown in SI."""
 
 
 def plan_campaign(log: TestLog, wish: PlanWish) -> tuple[PlannedTest, ...]:
-    """Return a row for each test of a log, discarded ones bare."""
-    return tuple(plan_test(test, wish) for test in log.tests)
+    """Return a row for each test of a log, discarded ones bare, planned ones last."""
+    return tuple(plan_test(test, wish) for test in (*log.tests, *log.planned))
 
 
 def displacement_of_test(
@@ -117,7 +113,6 @@ def _needed(
     if factor == inf or test.level is None or test.level_unit is None:
         return None
     power = 2.0 if LEVELS[test.level_unit][0] == "density" else 1.0
-    unit, scale, power = _SHOWN.get(test.level_unit, (test.level_unit, 1.0, power))
     level = test.level * factor**power
     known = wish.limits.known and shaken.quantity == "base acceleration"
     bands: tuple[Band, ...] = ()
@@ -125,7 +120,13 @@ def _needed(
         band = (shaken.low, shaken.high)
         bands = bands_within_limits(wish.joint, wish.limits, band, walls.far)
     allowed = not wish.limits.exceeded_by(shaken.scaled(factor)) if known else None
-    return Needed(level, f"{numeral(level / scale)} {unit}", allowed, bands)
+    return Needed(level, level_text(level, test.level_unit), allowed, bands)
+
+
+def level_text(level: float, unit: LevelUnit) -> str:
+    """Return a level [unit] as people write it in a log."""
+    shown, scale = _SHOWN.get(unit, (unit, 1.0))
+    return f"{numeral(level / scale)} {shown}"
 
 
 def _unclear(test: Test) -> str:

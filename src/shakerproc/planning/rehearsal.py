@@ -148,7 +148,7 @@ def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
     SimulationError
         If the motion runs away.
     """
-    _check_drive(model, test)
+    check_drive(model, test)
     rate = sample_rate_of_test(test, staging.sample_rate) or staging.sample_rate
     check_period(test, rate)
     excited, noisy = _generators(staging, test)
@@ -277,8 +277,8 @@ def _check_length(test: Test, seconds: float, rate: float) -> None:
         )
 
 
-def _check_drive(model: Model, test: Test) -> None:
-    """Pass a test whose level is what drives the model.
+def check_drive(model: Model, test: Test) -> None:
+    """Pass a test whose level is what drives the model: an acceleration, or a force.
 
     Raises
     ------

@@ -39,6 +39,19 @@ _OUT_OF_PLACE: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """Fields that mean nothing for a kind of excitation."""
 
+_PLANNED: Final[Mapping[str, str]] = {
+    "random": "0.04 g^2/Hz",
+    "sine sweep": "2 g",
+    "stepped sine": "2 g",
+    "sine": "2 g",
+    "multisine": "0.5 g rms",
+    "sine on random": "0.04 g^2/Hz",
+}
+"""Kinds of excitation of which a log says all that shakes, and how a level may be written."""
+
+_LASTING: Final = ("random", "sine", "sine on random")
+_SWEPT: Final = ("sine sweep", "stepped sine")
+
 _KEY: Final = {"start": "from", "stop": "to"}
 
 
@@ -61,6 +74,7 @@ def check_keys(section: TestSection) -> None:
         if field in section.model_fields_set:
             key = _KEY.get(field, field)
             raise MisfitError(f"means nothing for excitation: {kind}; take it out", key)
+    _check_planned(section, kind)
     _check_multisine(section, kind)
     if section.tones is not None and kind != "sine on random":
         raise MisfitError("means something for excitation: sine on random only", "tones")
@@ -73,6 +87,49 @@ def check_keys(section: TestSection) -> None:
         raise MisfitError("expected two frequencies that differ", "to")
     if kind in BROADBAND and section.start > section.stop:
         raise MisfitError("expected from below to; only a sweep can go down", "to")
+
+
+def _check_planned(section: TestSection, kind: str) -> None:
+    """Pass a planned test that says all that is to shake it, and no other that says as much.
+
+    Raises
+    ------
+    MisfitError
+        If something is missing, or contradicts that it is still to be run.
+    """
+    if not section.planned:
+        if section.duration is not None:
+            raise MisfitError(
+                "means something for planned: true only; a recording tells its own length, "
+                "expect: {duration: 40 s} checks it",
+                "duration",
+            )
+        return
+    if section.recording is not None:
+        raise MisfitError(
+            "expected no recording of a planned test; take planned: true out once it was run",
+            "recording",
+        )
+    if kind not in _PLANNED:
+        raise MisfitError(
+            f"expected excitation of a planned test: {', '.join(_PLANNED)}, got "
+            f"{kind or 'none'}",
+            *(("excitation",) if kind else ("planned",)),
+        )
+    if section.level is None and section.profile is None:
+        raise MisfitError(
+            'expected the key "level" or "profile" of a planned test, such as '
+            f"level: {_PLANNED[kind]}"
+        )
+    if kind in _LASTING and section.duration is None:
+        raise MisfitError(
+            f'expected the key "duration" of a planned test with excitation: {kind}, such as '
+            "duration: 60 s; the largest value depends on it"
+        )
+    if kind in _SWEPT and section.duration is None and section.rate is None:
+        raise MisfitError('expected the key "rate" of a planned sweep, such as 2 oct/min')
+    if kind not in _LASTING and section.duration is not None and section.rate is not None:
+        raise MisfitError("means nothing beside rate; take one of them out", "duration")
 
 
 def _check_multisine(section: TestSection, kind: str) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 from shakerproc.errors import LogError
 from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.header import Header
+from shakerproc.testlog.limits import Limit
 from shakerproc.testlog.one_test import Test
 from shakerproc.testlog.processing import Modal
 from shakerproc.units import near_miss
@@ -29,7 +30,7 @@ class TestLog:
     folder : Path
         Below which every recording lies.
     tests : tuple of Test
-        In the order of the log, discarded ones included.
+        In the order of the log, discarded ones included, planned ones not.
     specimens : tuple of Specimen
         Measured dimensions, where the log gives them.
     document : Document
@@ -40,6 +41,10 @@ class TestLog:
         How modes are looked for.
     header : Header, optional
         What stands at the top of the report, where the log says it.
+    planned : tuple of Test
+        Those that have not been run yet, in the order of the log.
+    limits : tuple of Limit
+        What planned tests must not exceed.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -53,17 +58,33 @@ class TestLog:
     shaker: Shaker = field(default_factory=Shaker)
     modal: Modal = field(default_factory=Modal)
     header: Header | None = None
+    planned: tuple[Test, ...] = ()
+    limits: tuple[Limit, ...] = ()
 
     def __repr__(self) -> str:
         tests = f"{len(self.tests)} test{'s' * (len(self.tests) != 1)}"
         left_out = len(self.tests) - len(self.active)
         discarded = f", {left_out} of them discarded" if left_out else ""
-        return f"Test log {self.path}: {self.title}; {tests}{discarded}"
+        planned = f", {len(self.planned)} planned" if self.planned else ""
+        return f"Test log {self.path}: {self.title}; {tests}{discarded}{planned}"
 
     @property
     def active(self) -> tuple[Test, ...]:
-        """Tests that are not discarded."""
+        """Tests that are neither discarded nor planned."""
         return tuple(test for test in self.tests if not test.discarded)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """The sentence that planned tests take no part; none where there is no such test."""
+        if not self.planned:
+            return ()
+        ids = ", ".join(str(test.id) for test in self.planned)
+        several = len(self.planned) > 1
+        return (
+            f"{'tests' if several else 'test'} {ids} {'are' if several else 'is'} planned and "
+            f"not run yet: left out here; `shakerproc forecast` says what "
+            f"{'they' if several else 'it'} will do",
+        )
 
     def recorded(self) -> tuple[Test, ...]:
         """Return the tests that have a recording and are not discarded.
@@ -89,7 +110,7 @@ class TestLog:
         LogError
             If there is none.
         """
-        by_id = {str(test.id): test for test in self.tests}
+        by_id = {str(test.id): test for test in (*self.tests, *self.planned)}
         if str(identity) in by_id:
             return by_id[str(identity)]
         meant = near_miss(str(identity), list(by_id))
@@ -100,5 +121,8 @@ class TestLog:
 
     def error(self, test: Test, message: str, *key: str | int) -> LogError:
         """Return the error to raise about a test, at one of its keys where one is given."""
-        place = self.document.error(("tests", self.tests.index(test), *key), message)
+        every = [str(section.id) for section in self.document.value.tests]
+        if str(test.id) not in every:  # made from one that is there
+            return LogError(f"{test.source}: test {test.id}: {message}")
+        place = self.document.error(("tests", every.index(str(test.id)), *key), message)
         return LogError(str(place))

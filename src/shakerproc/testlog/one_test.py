@@ -114,6 +114,10 @@ class Test:
         Of a sine on random; where it says none, they are found in the controls.
     instruments : tuple of Instrument
         Those of the report whose calibration ends on a day.
+    planned : bool
+        Whether it has not been run yet: it has no recording, and only forecasts read it.
+    duration : float, optional
+        How long a planned test is to shake, where no rate says it [s].
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -152,6 +156,8 @@ class Test:
     multisine: Multisine | None = None
     tones: tuple[DemandedTone, ...] = ()
     instruments: tuple[Instrument, ...] = ()
+    planned: bool = False
+    duration: float | None = None
 
     @property
     def band(self) -> tuple[float, float] | None:

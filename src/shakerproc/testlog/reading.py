@@ -15,6 +15,7 @@ from shakerproc.testlog.excitation_sections import multisine_of, tones_of
 from shakerproc.testlog.header import Header
 from shakerproc.testlog.header_section import header_of
 from shakerproc.testlog.levels import level_of, rate_of, tidy
+from shakerproc.testlog.limits import limits_of
 from shakerproc.testlog.log import TestLog
 from shakerproc.testlog.merging import (
     merged_channels,
@@ -102,16 +103,21 @@ class _Reader:
         self.instruments = tuple(one for one in listed if one.valid_until)
 
     def log(self) -> TestLog:
+        tests = [self._test(i, test) for i, test in enumerate(self.section.tests)]
+        with _At(self.document, "limits"):
+            limits = limits_of(self.section.limits, self.channels)
         return TestLog(
             path=self.document.path,
             title=self.section.title or self.document.path.stem,
             folder=self.recordings.folder,
-            tests=tuple(self._test(i, test) for i, test in enumerate(self.section.tests)),
+            tests=tuple(test for test in tests if test.discarded or not test.planned),
             specimens=tuple(self.specimens.values()),
             document=self.document,
             shaker=Shaker(**dict(self.section.shaker)),
             modal=self.modal,
             header=self.header,
+            planned=tuple(test for test in tests if test.planned and not test.discarded),
+            limits=limits,
         )
 
     def _header(self) -> Header | None:
@@ -176,6 +182,8 @@ class _Reader:
             tones=tones,
             events=tuple(Event(event.at, event.note) for event in section.events),
             instruments=self.instruments,
+            planned=section.planned,
+            duration=section.duration,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)

@@ -155,6 +155,8 @@ class TestSection(Section):
     discarded: bool = False
     comment: Remark = ""
     hold_out: bool = False
+    planned: bool = False
+    duration: Annotated[float | None, in_unit("s", positive=True)] = None
     profile: Text | None = None
     tags: dict[Text, str | int | float | bool] = Field(default_factory=dict)
     channels: Channels = Field(default_factory=dict)
@@ -203,6 +205,7 @@ class LogSection(Section):
     shaker: ShakerSection = Field(default_factory=ShakerSection)
     modal: ModalSection = Field(default_factory=ModalSection)
     profiles: dict[Text, ProfileSection] = Field(default_factory=dict)
+    limits: dict[Text, Any] = Field(default_factory=dict)
     specimens: Annotated[
         Annotated[str, Tag("<file>")] | Annotated[Joints, Tag("<inline>")],
         Discriminator(lambda value: "<file>" if isinstance(value, str) else "<inline>"),

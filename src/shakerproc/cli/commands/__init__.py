@@ -18,8 +18,8 @@ Command: TypeAlias = "Callable[..., None] | typer.Typer"
 
 _NAMES: Final = (
     "demo", "init", "inspect", "process", "batch", "watch", "check", "compare", "diagnose",
-    "add", "effects", "simulate", "response", "study", "plan", "modal", "stiffness", "coupon",
-    "nastran", "convert", "doctor",
+    "add", "effects", "simulate", "response", "study", "plan", "forecast", "modal", "stiffness",
+    "coupon", "nastran", "convert", "doctor",
 )  # fmt: skip
 """In the order of the help; each is also the name of its file, and of its function there."""
 

@@ -80,6 +80,7 @@ def modal(
     from shakerproc.workflows.modes import modes_of, wish_of
 
     read = read_testlog(log)
+    output.say_left_out(read)
     wish = wish_of(read.modal, band=_band(from_hz, to_hz), count=count, order=order)
     wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active

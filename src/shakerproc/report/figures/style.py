@@ -143,6 +143,16 @@ def logarithmic(axis: "Axes", low: float, high: float) -> None:
     axis.yaxis.set_minor_locator(NullLocator())
 
 
+def logarithmic_frequency(axis: "Axes") -> None:
+    """Make the horizontal axis logarithmic, with plain numbers at 1, 2 and 5."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.xaxis.set_minor_locator(NullLocator())
+
+
 def power_of_ten(value: float, _: int | None = None) -> str:
     """Return a power of ten as text; matplotlib's own formulas take a third of a figure's time.
 

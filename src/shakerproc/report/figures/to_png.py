@@ -116,6 +116,8 @@ def _draw(axis: "Axes", plot: Plot, *, last: bool) -> None:
 
 def _scale(axis: "Axes", plot: Plot) -> None:
     """Set ends and ticks of both axes."""
+    if plot.x.logarithmic:
+        style.logarithmic_frequency(axis)
     axis.set_xlim(plot.x.low, plot.x.high)
     if plot.names:
         axis.set_xticks(list(plot.names), list(plot.names.values()))

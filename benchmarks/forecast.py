@@ -1,0 +1,192 @@
+"""Forecasts of blind campaigns: levels up to L fitted, L + 6 dB and L + 12 dB forecast.
+
+``python -m benchmarks.forecast [SEED [COUNT]]``. The model of each campaign is the nominal one
+with the hidden effect, all its numbers 10 % off; of a class that begins with ``without:`` the
+effect is left out, so that the model is incomplete. Sensors are calibrated to 1 %. The truth of
+the next level is simulated by the code of the hidden campaigns, which shares none with the
+program. Linear scaling stands beside the forecast.
+"""
+
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from blind.campaigns import Drawn
+from blind.excitations import SAMPLE_RATE
+from blind.recorder import responses
+
+from blind import campaigns, folder
+from shakerproc.comparison.free_run_error import in_band
+from shakerproc.diagnosis.data.from_files import tests_of
+from shakerproc.errors import ShakerprocError
+from shakerproc.forecasts import TestForecast, forecast_tests
+from shakerproc.forecasts.quantities import densities
+from shakerproc.model_files import read_model
+from shakerproc.models import EFFECTS, Element
+from shakerproc.testlog import Test, read_testlog
+
+CLASSES = (
+    "none", "gap", "cubic_stiffness", "coulomb_friction", "chain:gap", "force:cubic_stiffness",
+    "quadratic_damping", "jenkins", "without:gap", "without:cubic_stiffness",
+)  # fmt: skip
+ABOVE_DB = (6.0, 12.0)
+OFF = 1.1
+WHAT = ("rms", "peak", "peak_frequency_hz")
+
+
+@dataclass(frozen=True)
+class Score:
+    """One quantity of one response at one level: forecast, linear scaling and truth."""
+
+    kind: str
+    above_db: float
+    what: str
+    value: float
+    low: float
+    high: float
+    linear: float
+    truth: float
+
+    @property
+    def inside(self) -> bool:
+        """Whether the band holds the truth."""
+        return self.low <= self.truth <= self.high
+
+    def error(self, value: float) -> float:
+        """Return how far a value is from the truth [dB], of a frequency [%]."""
+        if self.what == "peak_frequency_hz":
+            return 100.0 * abs(value / self.truth - 1.0)
+        return 20.0 * abs(float(np.log10(value / self.truth)))
+
+
+def campaign(seed: int, text: str) -> Iterator[Score]:
+    """Yield the scores of one campaign."""
+    incomplete = text.startswith("without:")
+    drawn = campaigns.draw_all(seed, f"{text.removeprefix('without:')}@gain_error")
+    with tempfile.TemporaryDirectory(prefix="forecast-") as place:
+        log_path, model_path = folder.write(drawn.campaign, Path(place))
+        log, model = read_testlog(log_path), read_model(model_path)
+        if not incomplete:
+            model = replace(model, elements=(*model.elements, *_effects(drawn)))
+        planned = [_planned(log.tests[2], drawn, above) for above in ABOVE_DB]
+        found = forecast_tests(model, log, tests_of(log, model).tests, planned)
+    for above, one in zip(ABOVE_DB, found.tests, strict=True):
+        truth = _truth(drawn, above, one)
+        if truth is None:
+            print(f"  {text} {seed}: the truth runs away at {above:+.0f} dB")
+            continue
+        for quantity, spread in one.spreads.items():
+            if quantity.whose == "response":
+                value = truth[quantity.name, quantity.what]
+                yield Score(
+                    text, above, quantity.what, spread.value, *spread.band,
+                    one.linear[quantity], value,
+                )  # fmt: skip
+
+
+def _effects(drawn: Drawn) -> list[Element]:
+    """Return the hidden effects with their numbers off."""
+    found = []
+    for effect in drawn.campaign.truth["effects"]:
+        numbers = {
+            name: value * OFF if isinstance(value, float) else value
+            for name, value in effect["parameters"].items()
+        }
+        found.append(Element(EFFECTS[effect["kind"]](**numbers), tuple(effect["between"])))
+    return found
+
+
+def _planned(loudest: Test, drawn: Drawn, above: float) -> Test:
+    drive = drawn.plan.drives[2]
+    seconds = drawn.campaign.tests[2].clean.shape[1] / SAMPLE_RATE - drive.lead_in - drive.tail
+    power = 10.0 if drive.kind == "random" else 20.0
+    level = (loudest.level or 0.0) * 10.0 ** (above / power)
+    return replace(
+        loudest, id=f"+{above:.0f} dB", recording=None, planned=True, level=level,
+        duration=seconds if drive.kind == "random" else None,
+    )  # fmt: skip
+
+
+def _truth(
+    drawn: Drawn, above: float, one: TestForecast
+) -> dict[tuple[str, str], float] | None:
+    """Return what the next level does, by the code of the hidden campaigns."""
+    plan = drawn.plan
+    drive = plan.drives[2]
+    louder = replace(
+        drive, level=drive.level * 10.0 ** (above / 20.0), seed=(*drive.seed, round(above))
+    )
+    _, motion = replace(plan, limit=100.0 * plan.limit).move(louder, 2)
+    if motion is None:
+        return None
+    nothing = replace(plan.drawn, gains=())
+    rows = responses(plan.structure, motion, nothing, filtered=drawn.filtered)
+    driven = slice(
+        int(drive.lead_in * SAMPLE_RATE), rows.shape[1] - int(drive.tail * SAMPLE_RATE)
+    )
+    rows = in_band(rows, SAMPLE_RATE, one.planned.compared)[:, driven]
+    spectra = densities(rows, SAMPLE_RATE, one.planned.excited)
+    found = {}
+    for i, (row, spectrum) in enumerate(zip(rows, spectra, strict=True)):
+        name = f"ch{3 + i}"
+        found[name, "rms"] = float(np.std(row))
+        found[name, "peak"] = float(np.max(np.abs(row - np.mean(row))))
+        found[name, "peak_frequency_hz"] = spectrum.peak_frequency
+    return found
+
+
+def table(scores: list[Score]) -> list[str]:
+    """Return the lines of the table: share within 1 dB or 1 %, coverage, linear scaling."""
+    lines = [
+        "level   quantity            n  within 1 dB (1 %)  median error  band holds  "
+        "band, half [dB]  linear within  linear median"
+    ]
+    for above in ABOVE_DB:
+        for what in WHAT:
+            own = [s for s in scores if s.above_db == above and s.what == what]
+            if own:
+                lines.append(f"+{above:<4.0f}dB {what:18s} {_line(own)}")
+    for kind in dict.fromkeys(s.kind for s in scores):
+        own = [s for s in scores if s.kind == kind]
+        lines.append(f"{kind:26s} {_line(own)}")
+    return lines
+
+
+def _line(own: list[Score]) -> str:
+    errors, linear = [s.error(s.value) for s in own], [s.error(s.linear) for s in own]
+    width = np.median([10.0 * np.log10(s.high / s.low) for s in own])
+    return (
+        f"{len(own):3d}  {np.mean(np.array(errors) <= 1.0):17.0%}  {np.median(errors):12.2f}  "
+        f"{np.mean([s.inside for s in own]):10.0%}  {width:15.2f}  "
+        f"{np.mean(np.array(linear) <= 1.0):13.0%}  {np.median(linear):13.2f}"
+    )
+
+
+def main(first: int = 1, count: int = len(CLASSES)) -> None:
+    """Print the scores of so many campaigns, each class once before any comes twice."""
+    scores: list[Score] = []
+    for i in range(count):
+        kind, seed = CLASSES[i % len(CLASSES)], first + i // len(CLASSES)
+        start = time.process_time()
+        try:
+            own = list(campaign(seed, kind))
+        except ShakerprocError as error:
+            print(f"{kind} {seed}: {error}", flush=True)
+            continue
+        scores += own
+        held = sum(s.inside for s in own)
+        print(f"{kind} {seed}: {held} of {len(own)} in their bands, "
+              f"{time.process_time() - start:.0f} s", flush=True)  # fmt: skip
+        for s in own:
+            print(f"  +{s.above_db:.0f} dB {s.what:18s} {s.value:.5g} ({s.low:.5g} to "
+                  f"{s.high:.5g}), truth {s.truth:.5g}, linear {s.linear:.5g}"
+                  f"{'' if s.inside else '  <- outside'}", flush=True)  # fmt: skip
+    print("\n".join(table(scores)))
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,377 @@
+"""What planned tests will do, with bands that were earned on the levels that were run."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.comparison import Measured
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
+from shakerproc.errors import DiagnosisError, LogError
+from shakerproc.forecasts.bands import Spread, spread_of
+from shakerproc.forecasts.ensemble import LEAST_DRAWS, Ensemble, Planned, ensemble, spreads_of
+from shakerproc.forecasts.levels import (
+    amplitude_of,
+    amplitude_of_measured,
+    decibels,
+    drive_rms,
+    excited_band,
+    grouped,
+    in_order,
+)
+from shakerproc.forecasts.limits import ALLOWED, Judged, level_of, quantity_of
+from shakerproc.forecasts.model_error import (
+    Error,
+    LevelError,
+    Run,
+    error_of,
+    level_errors,
+    run_of,
+)
+from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.reasons import reasons
+from shakerproc.models import Model
+from shakerproc.numerals import numeral
+from shakerproc.planning.acquisition import duration_of_test
+from shakerproc.planning.rehearsal import check_drive
+from shakerproc.testlog import Test, TestLog
+from shakerproc.testlog.limits import Limit
+
+OUTSIDE: Final = 0.01
+"""Share of its ends by which the band of a planned test may lie outside that of the tests that
+were run [-]."""
+
+FAR_DB: Final = 12.0
+"""Distance in level from which a forecast is called far: four times the amplitude [dB]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What tests that were run tell of the model.
+
+    Attributes
+    ----------
+    numbers : FittedNumbers
+        Fitted to all of them that are not held out.
+    runs : tuple of Run
+        Every test that was run beside the fitted model, the lowest level first.
+    errors : tuple of LevelError
+        Of levels that were fitted, and of each forecast from those below it.
+    highest : float
+        Amplitude of the highest level that was fitted [SI].
+    """
+
+    numbers: FittedNumbers
+    runs: tuple[Run, ...]
+    errors: tuple[LevelError, ...]
+    highest: float
+
+    def error(self, quantity: Quantity) -> Error | None:
+        """Return the model error of a quantity; None of the table, which no model moves."""
+        if quantity.whose == "shaker" and quantity.what != "force":
+            return None
+        kind = quantity.what if quantity.whose == "response" else "peak"
+        return error_of([one for one in self.errors if one.quantity.what == kind])
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TestForecast:
+    """What one planned test will do.
+
+    Attributes
+    ----------
+    planned : Planned
+        The test.
+    distance_db : float
+        Its level above the highest that was fitted [dB].
+    made : Ensemble
+        Simulated at its level.
+    spreads : mapping of Quantity to Spread
+        Each quantity with its band.
+    linear : mapping of Quantity to float
+        What scaling of the highest level that was run says [unit of the quantity].
+    limits : tuple of Judged
+        Limits of the log.
+    run : Run
+        The highest level that was run, which is scaled.
+    reasons : tuple of str
+        What joints do otherwise than there.
+    """
+
+    __test__ = False
+
+    planned: Planned
+    distance_db: float
+    made: Ensemble
+    spreads: dict[Quantity, Spread]
+    linear: dict[Quantity, float]
+    limits: tuple[Judged, ...]
+    run: Run
+    reasons: tuple[str, ...]
+
+    @property
+    def go(self) -> bool | None:
+        """Whether every limit is kept with 95 %; None where the log has no limit."""
+        if not self.limits:
+            return None
+        return all(one.probability <= ALLOWED for one in self.limits)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Forecast:
+    """What planned tests will do.
+
+    Attributes
+    ----------
+    title : str
+        Of the log.
+    evidence : Evidence
+        What it rests on.
+    tests : tuple of TestForecast
+        In the order of the log.
+    notes : tuple of str
+        What the reader must know besides, a sentence each.
+    """
+
+    title: str
+    evidence: Evidence
+    tests: tuple[TestForecast, ...]
+    notes: tuple[str, ...]
+
+
+def forecast_tests(
+    model: Model,
+    log: TestLog,
+    tests: Sequence[Measured],
+    planned: Sequence[Test],
+    *,
+    seed: int = 0,
+    say: Callable[[str], None] = lambda _text: None,
+) -> Forecast:
+    """Return what planned tests will do.
+
+    Parameters
+    ----------
+    model : Model
+        The model, with the effects that the specimen has.
+    log : TestLog
+        Its limits and its shaker count.
+    tests : sequence of Measured
+        Those that were run.
+    planned : sequence of Test
+        Those to forecast.
+    seed : int
+        Of all that is drawn.
+    say : callable
+        Called with what is being done.
+
+    Raises
+    ------
+    DiagnosisError
+        If fewer than two levels were run, or the model does not fit the tests.
+    LogError
+        If a planned test or a limit cannot be forecast.
+    SimulationError
+        If a motion runs away.
+    """
+    ready = [_planned(log, one, model, tests) for one in planned]
+    quantities = [(limit, quantity_of(limit, model, log)) for limit in log.limits]
+    levels = _levels(log, tests)
+    found = evidence_of(model, levels, say)
+    made = []
+    for one in ready:
+        say(f"test {one.test.id}")
+        made.append(_forecast(found, one, quantities, seed, say))
+    return Forecast(log.title, found, tuple(made), _notes(found, made))
+
+
+def evidence_of(
+    model: Model, levels: Sequence[Sequence[Measured]], say: Callable[[str], None]
+) -> Evidence:
+    """Return what tests tell of a model: its numbers, and how far it misses the next level.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    levels : sequence of sequence of Measured
+        Tests of each level, the lowest first.
+    say : callable
+        Called with what is being done.
+    """
+    every = [test for group in levels for test in group]
+    fitted = [test for test in every if not test.test.hold_out]
+    numbers = fitted_numbers(model, fitted, say)
+    highest = max(map(amplitude_of_measured, fitted))
+    errors = level_errors(numbers, fitted, highest)
+    below: list[Measured] = []
+    for group in levels:
+        if below:
+            say(f"level {group[0].test.level_text} forecast from those below it")
+            own = fitted_numbers(model, below, say)
+            errors += level_errors(own, group, max(map(amplitude_of_measured, below)))
+        below += [test for test in group if not test.test.hold_out]
+    runs = tuple(run_of(numbers, test) for test in every)
+    return Evidence(numbers, runs, tuple(errors), highest)
+
+
+def _levels(log: TestLog, tests: Sequence[Measured]) -> list[list[Measured]]:
+    """Return the tests of each level, the lowest first.
+
+    Raises
+    ------
+    DiagnosisError
+        If fewer than two levels were run.
+    """
+    levels = grouped(tests)
+    free = [group for group in levels if any(not one.test.hold_out for one in group)]
+    if len(free) < 2:
+        said = in_order(levels)
+        raise DiagnosisError(
+            f"{log.path.name}: tests were run at one level only ({said}), so nothing tells how "
+            "far the model misses the next one. Run a test at another level, 3 dB away or more."
+        )
+    while levels and all(one.test.hold_out for one in levels[0]):
+        levels.pop(0)
+    return levels
+
+
+def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) -> Planned:
+    """Return a planned test that can be forecast.
+
+    Raises
+    ------
+    LogError
+        If it cannot.
+    """
+    check_drive(model, test)
+    band = excited_band(test)
+    amplitude = amplitude_of(test)
+    if band is None or amplitude is None:
+        raise LogError(
+            f"{test.source}: test {test.id}: the log does not say level and band; add them"
+        )
+    low = min(one.excited[0] for one in tests)
+    high = max(one.excited[1] for one in tests)
+    if band[0] < low * (1.0 - OUTSIDE) or band[1] > high * (1.0 + OUTSIDE):
+        raise log.error(
+            test,
+            f"expected a band within {numeral(low, 4)} to {numeral(high, 4)} Hz, which tests "
+            f"have excited, got {numeral(band[0], 4)} to {numeral(band[1], 4)} Hz; nothing "
+            "tells how the specimen responds outside",
+        )
+    duration = duration_of_test(test)
+    if duration is None:
+        raise log.error(test, 'expected the key "duration", such as duration: 60 s')
+    rate = tests[0].sample_rate
+    compared = (min(0.7 * band[0], tests[0].band[0]), max(one.band[1] for one in tests))
+    moving = log.shaker.moving_mass
+    carried = None if moving is None else max(moving - sum(model.masses.values()), 0.0)
+    table = any(limit.whose == "shaker" for limit in log.limits)
+    spreads = spreads_of(tuple(tests))
+    return Planned(test, duration, rate, band, compared, spreads, carried, table)
+
+
+def _forecast(
+    evidence: Evidence,
+    planned: Planned,
+    limits: Sequence[tuple[Limit, Quantity]],
+    seed: int,
+    say: Callable[[str], None],
+) -> TestForecast:
+    amplitude = amplitude_of(planned.test) or 0.0
+    distance = decibels(amplitude / evidence.highest)
+    made = ensemble(evidence.numbers, planned, seed=seed)
+    spreads = {q: _spread(evidence, q, one, distance) for q, one in made.values.items()}
+    at: dict[float, Ensemble] = {0.0: made}
+
+    def probability(quantity: Quantity, limit: float, level: float) -> float:
+        if level not in at:
+            say(f"test {planned.test.id} at {level:+.0f} dB")
+            factor = 10.0 ** (level / 20.0)
+            at[level] = ensemble(evidence.numbers, planned, factor, seed, LEAST_DRAWS)
+        drawn = at[level].values[quantity]
+        return _spread(evidence, quantity, drawn, distance + level).exceeds(limit)
+
+    judged = []
+    for limit, quantity in limits:
+        reached = level_of(partial(probability, quantity, limit.value))
+        exceeds = spreads[quantity].exceeds(limit.value)
+        judged.append(Judged(limit, quantity, exceeds, reached))
+    run = _scaled_run(evidence, planned)
+    ratio = amplitude / amplitude_of_measured(run.measured)
+    why = reasons(evidence.numbers.model, run.motion, made.motion)
+    linear = _linear(run, spreads, made, ratio)
+    return TestForecast(
+        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why)
+    )
+
+
+def _spread(
+    evidence: Evidence, quantity: Quantity, drawn: FloatArray, distance: float
+) -> Spread:
+    error = evidence.error(quantity)
+    if error is None:
+        return spread_of(drawn, 0.0, np.inf)
+    return spread_of(drawn, error.at(distance), error.freedom)
+
+
+def _scaled_run(evidence: Evidence, planned: Planned) -> Run:
+    """Return the highest level that was run, of the same excitation where there is one."""
+    alike = [r for r in evidence.runs if r.measured.test.excitation == planned.test.excitation]
+    return max(alike or evidence.runs, key=lambda run: amplitude_of_measured(run.measured))
+
+
+def _linear(
+    run: Run, spreads: dict[Quantity, Spread], made: Ensemble, ratio: float
+) -> dict[Quantity, float]:
+    """Return what scaling of a run says of each quantity.
+
+    Of responses as measured; of joints and forces, which no sensor measures, as the model has
+    them under the measured drive. A drive that is measured at rest in part is scaled as it is.
+    """
+    part = slice(run.measured.start, run.measured.stop)
+    drive = float(np.std(made.motion.drive)) / drive_rms(run.measured)
+    found = {}
+    for quantity in spreads:
+        if quantity.whose == "response":
+            scale = 1.0 if quantity.what == "peak_frequency_hz" else drive
+            found[quantity] = scale * run.values[quantity]
+        elif quantity.whose == "joint":
+            pair = next(p for p in run.motion.joints if "-".join(p) == quantity.name)
+            row = getattr(run.motion.joints[pair], quantity.what)[part]
+            found[quantity] = ratio * float(np.max(np.abs(row - np.mean(row))))
+    return found
+
+
+def _notes(evidence: Evidence, tests: Sequence[TestForecast]) -> tuple[str, ...]:
+    found = []
+    if evidence.numbers.untold:
+        names = ", ".join(evidence.numbers.untold)
+        found.append(f"no test tells {names}: the bands are as wide as that leaves them")
+    missed = [one for one in evidence.errors if one.distance_db and one.is_unexplained]
+    if missed:
+        worst = max(missed, key=lambda one: abs(one.error_db))
+        found.append(
+            f"the model misses levels that were run by up to {numeral(abs(worst.error_db), 2)} "
+            f"dB ({worst.quantity.name}, test {worst.test}), more than its numbers leave open: "
+            "ask diagnose what it lacks; the bands are widened by as much"
+        )
+    for one in tests:
+        if one.distance_db > FAR_DB:
+            found.append(
+                f"test {one.planned.test.id} is {numeral(one.distance_db)} dB above what was "
+                "run: its bands hold only if nothing new happens in between; run a level there"
+            )
+        if one.made.failed:
+            found.append(
+                f"test {one.planned.test.id}: the motion ran away in {one.made.failed} draws "
+                "of the numbers, which are left out"
+            )
+    return tuple(found)

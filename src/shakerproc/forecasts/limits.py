@@ -1,0 +1,187 @@
+"""Limits of a log as quantities, and the level at which one is exceeded with 5 %."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.errors import LogError
+from shakerproc.forecasts.motion import What, joints_of_model
+from shakerproc.forecasts.quantities import Quantity
+from shakerproc.models import Model
+from shakerproc.testlog import TestLog
+from shakerproc.testlog.limits import Limit
+
+ALLOWED: Final = 0.05
+"""Probability up to which a limit may be exceeded: 95 % is the usual confidence [-]."""
+
+STEP_DB: Final = 3.0
+"""Distance of the levels at which the probability is looked for [dB]."""
+
+FARTHEST_DB: Final = 12.0
+"""Distance from the demanded level up to which it is looked for [dB]."""
+
+_LEAST: Final = 1e-4  # probability that is told apart from 0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A limit, and what a planned test does to it.
+
+    Attributes
+    ----------
+    limit : Limit
+        As the log has it.
+    quantity : Quantity
+        What it limits.
+    probability : float
+        That the test exceeds it [-].
+    level_db : float, optional
+        Level at which that is 5 %, above that of the test; None beyond 12 dB [dB].
+    """
+
+    limit: Limit
+    quantity: Quantity
+    probability: float
+    level_db: float | None
+
+    @property
+    def name(self) -> str:
+        """What it limits, for people."""
+        return name_of(self.limit)
+
+
+def name_of(limit: Limit) -> str:
+    """Return what a limit is of, for people."""
+    if limit.whose == "response":
+        return f"{limit.name} {limit.statistic}"
+    what = what_of_joint(limit) if limit.whose == "joint" else ""
+    return " ".join(filter(None, (limit.whose, limit.name, what)))
+
+
+def quantity_of(limit: Limit, model: Model, log: TestLog) -> Quantity:
+    """Return the quantity that a limit is of.
+
+    Parameters
+    ----------
+    limit : Limit
+        As the log has it.
+    model : Model
+        What is shaken.
+    log : TestLog
+        For messages.
+
+    Raises
+    ------
+    LogError
+        If the model has no such sensor or joint, or what it limits is not known.
+    """
+    try:
+        if limit.whose == "response":
+            return _of_response(limit, model)
+        _check_peak(limit)
+        if limit.whose == "joint":
+            return _of_joint(limit, model)
+        if limit.whose == "shaker":
+            return _of_shaker(limit, model, log)
+    except ValueError as error:
+        raise LogError(str(log.document.error(("limits", *limit.key), str(error)))) from error
+    return Quantity("force", "", "force", limit.unit)
+
+
+def _check_peak(limit: Limit) -> None:
+    """Pass a limit of a largest value.
+
+    Raises
+    ------
+    ValueError
+        If it is one of an rms value.
+    """
+    if limit.statistic == "rms":
+        raise ValueError("expected a peak value; rms limits are of channels only")
+
+
+def _of_response(limit: Limit, model: Model) -> Quantity:
+    """Return the quantity of a channel.
+
+    Raises
+    ------
+    ValueError
+        If no sensor of the model measures it.
+    """
+    sensor = model.sensors.get(limit.name)
+    if sensor is None:
+        raise ValueError(f"expected a sensor of the model: {', '.join(model.sensors)}")
+    unit = model.sensor_unit(sensor)
+    if unit != limit.unit:
+        raise ValueError(f"expected a limit in {unit}, which {limit.name} measures")
+    return Quantity("response", limit.name, limit.statistic, unit)
+
+
+def _of_joint(limit: Limit, model: Model) -> Quantity:
+    """Return the quantity of a joint, whose places may be written in either order.
+
+    Raises
+    ------
+    ValueError
+        If the model has no such joint.
+    """
+    names = {}
+    for pair in joints_of_model(model):
+        names["-".join(pair)] = names["-".join(reversed(pair))] = "-".join(pair)
+    if limit.name not in names:
+        known = ", ".join(dict.fromkeys(names.values()))
+        raise ValueError(f"expected a joint of the model: {known}")
+    return Quantity("joint", names[limit.name], what_of_joint(limit), limit.unit)
+
+
+def _of_shaker(limit: Limit, model: Model, log: TestLog) -> Quantity:
+    """Return the quantity of the shaker's table.
+
+    Raises
+    ------
+    ValueError
+        If no table moves, or the mass that its force moves is not known.
+    """
+    if not model.excitation.moves_base:
+        raise ValueError("a force drives the model, so no table moves; take it out")
+    if limit.name == "force" and log.shaker.moving_mass is None:
+        raise ValueError("expected shaker: {moving_mass: 12 kg}, or its force is not known")
+    what: What = limit.name  # type: ignore[assignment]
+    return Quantity("shaker", "", what, limit.unit)
+
+
+def level_of(probability: Callable[[float], float]) -> float | None:
+    """Return the level at which a limit is exceeded with 5 %; None beyond 12 dB.
+
+    Parameters
+    ----------
+    probability : callable
+        From a level above that of the test [dB] to the probability [-].
+
+    Returns
+    -------
+    float or None
+        Level above that of the test [dB].
+    """
+    here, level = _score(probability(0.0)), 0.0
+    step = -STEP_DB if here > _score(ALLOWED) else STEP_DB
+    while abs(level) < FARTHEST_DB:
+        there = _score(probability(level + step))
+        if (there - _score(ALLOWED)) * (here - _score(ALLOWED)) <= 0.0 and there != here:
+            return level + step * (_score(ALLOWED) - here) / (there - here)
+        here, level = there, level + step
+    return None
+
+
+def _score(probability: float) -> float:
+    """Return the normal score of a probability, straight in level where laws are bells."""
+    return float(scipy.special.ndtri(np.clip(probability, _LEAST, 1.0 - _LEAST)))
+
+
+def what_of_joint(limit: Limit) -> What:
+    """Return which quantity of a joint a limit is of, by its unit."""
+    return "force" if limit.unit in {"N", "N m"} else "displacement"

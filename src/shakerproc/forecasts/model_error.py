@@ -1,0 +1,224 @@
+"""How far the model misses a level that it was not fitted to, from levels that were run."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc.comparison import Measured
+from shakerproc.comparison.free_run_error import in_band
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.fitted_numbers import FittedNumbers
+from shakerproc.errors import SimulationError
+from shakerproc.forecasts.levels import amplitude_of_measured, decibels
+from shakerproc.forecasts.motion import Motion, motion_of
+from shakerproc.forecasts.quantities import Density, Quantity, densities, values_of_response
+from shakerproc.models import Model
+from shakerproc.simulation.inputs import prepare_measured
+
+SPREAD_DRAWS: Final = 8
+"""Draws of the numbers that tell what these leave open of a level that was run [-]."""
+
+FINEST_DB: Final = 0.1
+"""Error below which forecasts of levels are equally telling: 1 % of calibration [dB]."""
+
+UNEXPLAINED: Final = 4.0
+"""Standard deviations from which an error is surely more than chance: one in some 16 000, rare
+among all levels, responses and quantities of a log [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LevelError:
+    """A quantity of a test that was run, forecast with numbers of other tests or its own.
+
+    Attributes
+    ----------
+    test : str
+        Id of the test.
+    quantity : Quantity
+        Which.
+    predicted, measured : float
+        Under the measured drive [unit of the quantity].
+    distance_db : float
+        Level above the highest that was fitted; 0 of a test that was fitted [dB].
+    spread_db : float
+        Standard deviation that the numbers leave [dB].
+    """
+
+    test: str
+    quantity: Quantity
+    predicted: float
+    measured: float
+    distance_db: float
+    spread_db: float
+
+    @property
+    def error_db(self) -> float:
+        """Predicted over measured [dB]."""
+        return decibels(self.predicted / self.measured)
+
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether chance, calibration and what the numbers leave open explain it not at all."""
+        return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Error:
+    r"""Model error of one kind of quantity, by the distance in level.
+
+    .. math:: \sigma^2(d) = \sigma_0^2 + (g d)^2, \qquad
+        \sigma_0^2 = \overline{(e_0^2 - v_0)_+}, \qquad
+        g^2 = \frac{\sum_k w_k (e_k^2 - v_k)_+}{\sum_k w_k d_k^2}, \quad
+        w_k = \frac{1}{v_k + \sigma_0^2 + \varepsilon^2}
+
+    with the errors :math:`e` of levels that were fitted (0) and that were forecast (k), and the
+    variance :math:`v` that the fitted numbers leave: what that explains is no model error,
+    and is in the band already (DerSimonian and Laird [1]_, each term above 0). Of so few
+    levels the error follows Student's law, with as many degrees of freedom as levels that were
+    forecast.
+
+    Attributes
+    ----------
+    fitted_db : float
+        :math:`\sigma_0` [dB].
+    growth : float
+        :math:`g`, decibels for each decibel of level [-].
+    freedom : float
+        Degrees of freedom: levels that were forecast, by their weights [-].
+
+    References
+    ----------
+    .. [1] R. DerSimonian and N. Laird, "Meta-analysis in clinical trials", Controlled Clinical
+       Trials 7, 177-188, 1986.
+    """
+
+    fitted_db: float
+    growth: float
+    freedom: float
+
+    def at(self, distance_db: float) -> float:
+        """Return the scale of the error at a distance in level [dB]."""
+        return float(np.hypot(self.fitted_db, self.growth * max(distance_db, 0.0)))
+
+
+def error_of(errors: Sequence[LevelError]) -> Error:
+    """Return the model error of one kind of quantity, of all sensors and levels together."""
+    own = [one for one in errors if not one.distance_db]
+    ahead = [one for one in errors if one.distance_db]
+    excess = [max(one.error_db**2 - one.spread_db**2, 0.0) for one in own]
+    fitted = float(np.sqrt(np.mean(excess))) if own else 0.0
+    spread = np.array([one.spread_db for one in ahead]) ** 2
+    square = np.maximum(np.array([one.error_db for one in ahead]) ** 2 - spread, 0.0)
+    distance = np.array([one.distance_db for one in ahead]) ** 2
+    weight = 1.0 / (spread + fitted**2 + FINEST_DB**2)
+    known = float(np.sum(weight * distance))
+    if not known:  # no level tells it
+        return Error(fitted, np.inf, 1.0)
+    growth = float(np.sqrt(np.sum(weight * square) / known))
+    tests = np.array([one.test for one in ahead])
+    shares = np.array([np.sum((weight * distance)[tests == name]) for name in np.unique(tests)])
+    return Error(fitted, growth, float(np.sum(shares) ** 2 / np.sum(shares**2)))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """A test that was run, with what the model says of it.
+
+    Attributes
+    ----------
+    measured : Measured
+        The test.
+    values : mapping of Quantity to float
+        What was measured.
+    spectra : mapping of str to Density
+        Density of each response, measured.
+    motion : Motion
+        Of the model under the measured drive.
+    """
+
+    measured: Measured
+    values: dict[Quantity, float]
+    spectra: dict[str, Density]
+    motion: Motion
+
+
+def run_of(numbers: FittedNumbers, measured: Measured) -> Run:
+    """Return a test that was run beside the motion of the fitted model.
+
+    Raises
+    ------
+    SimulationError
+        If the model runs away in it.
+    """
+    model = numbers.model
+    motion = simulated(model, measured, numbers.gain)
+    if motion is None:
+        raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
+    rows = in_band(measured.responses, measured.sample_rate, measured.band)
+    values, spectra = _of_responses(model, measured, rows)
+    return Run(measured, values, spectra, motion)
+
+
+def simulated(model: Model, measured: Measured, gains: FloatArray) -> Motion | None:
+    """Return the motion of a model under the measured drive of a test.
+
+    `gains` are those of the sensors [-].
+    """
+    given = prepare_measured(measured.input, measured.sample_rate, imposed=False)
+    return motion_of(model, given, measured.input, measured.band, gains)
+
+
+def level_errors(
+    numbers: FittedNumbers, tests: Sequence[Measured], highest: float
+) -> list[LevelError]:
+    """Return how far numbers miss what tests measured.
+
+    Parameters
+    ----------
+    numbers : FittedNumbers
+        Of any tests.
+    tests : sequence of Measured
+        What is forecast.
+    highest : float
+        Amplitude of the highest level that the numbers are of [SI].
+    """
+    found = []
+    for measured in tests:
+        run = run_of(numbers, measured)
+        drawn = numbers.drawn(SPREAD_DRAWS, np.random.default_rng(0))
+        motions = [(model, simulated(model, measured, gains)) for model, gains in drawn]
+        each = [_predicted(one, model, measured) for model, one in motions if one is not None]
+        every = [_predicted(run.motion, numbers.model, measured), *each]
+        distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
+        for quantity, value in run.values.items():
+            spread = [decibels(one[quantity]) for one in each]
+            found.append(
+                LevelError(
+                    measured.name, quantity,
+                    float(np.median([one[quantity] for one in every])), value, distance,
+                    float(np.std(spread)) if len(spread) > 1 else np.inf,
+                )
+            )  # fmt: skip
+    return found
+
+
+def _predicted(motion: Motion, model: Model, measured: Measured) -> dict[Quantity, float]:
+    rows = np.array([motion.responses[name] for name in measured.sensors])
+    return _of_responses(model, measured, rows)[0]
+
+
+def _of_responses(
+    model: Model, measured: Measured, rows: FloatArray
+) -> tuple[dict[Quantity, float], dict[str, Density]]:
+    part = rows[:, measured.start : measured.stop]
+    spectra = densities(part, measured.sample_rate, measured.excited)
+    values: dict[Quantity, float] = {}
+    for name, samples, spectrum in zip(measured.sensors, part, spectra, strict=True):
+        unit = model.sensor_unit(model.sensors[name])
+        values |= values_of_response(name, unit, samples, spectrum)
+    return values, dict(zip(measured.sensors, spectra, strict=True))

@@ -1,0 +1,180 @@
+"""A forecast as a page: limits, numbers with their bands, and predicted densities."""
+
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.forecasts import Forecast, Quantity, TestForecast, sentences
+from shakerproc.forecasts.bands import Spread
+from shakerproc.forecasts.levels import told_level
+from shakerproc.forecasts.sentences import SHOWN, percent, told_limit
+from shakerproc.numerals import numeral
+from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
+from shakerproc.report.runs.curves import logarithmic_axis
+from shakerproc.runs.levels import density_unit
+
+PREDICTED: Final = 0
+LINEAR: Final = 1
+BAND_STYLE: Final = 5
+MEASURED: Final = (6, 7, 2, 3, 4)
+"""Styles of the curves: what is predicted, scaled, and measured from the highest level down."""
+
+_WORDS: Final = {
+    "rms": "rms", "peak": "largest", "peak_frequency_hz": "peak frequency",
+    "displacement": "displacement", "force": "force", "velocity": "velocity",
+    "acceleration": "acceleration",
+}  # fmt: skip
+
+
+def density_figures(one: TestForecast, found: Forecast) -> list[Figure]:
+    """Return the predicted density of each response with its band, beside measured levels."""
+    return [
+        Figure(f"forecast_{one.planned.test.id}_{name}", [_plot(one, found, name)])
+        for name in one.run.spectra
+    ]
+
+
+def _plot(one: TestForecast, found: Forecast, name: str) -> Plot:
+    rms = next(q for q in one.spreads if (q.whose, q.name, q.what) == ("response", name, "rms"))
+    unit, factor = SHOWN.get(rms.unit, (rms.unit, 1.0)) if rms.unit != "m" else (rms.unit, 1.0)
+    low, high = one.planned.excited
+    kept = (one.made.frequency >= low) & (one.made.frequency <= high)
+    frequency = one.made.frequency[kept]
+    drawn = one.made.densities[name][:, kept] / factor**2
+    under, over = _band(drawn, one.spreads[rms])
+    predicted = Curve("predicted", frequency, np.median(drawn, axis=0), PREDICTED)
+    curves = []
+    for style, run in zip(MEASURED, reversed(found.evidence.runs), strict=False):
+        spectrum = run.spectra[name]
+        inside = (spectrum.frequency >= low) & (spectrum.frequency <= high)
+        told = run.measured.test.level_text
+        label = f"test {run.measured.name}, {told}" if told else f"test {run.measured.name}"
+        curves.append(
+            Curve(label, spectrum.frequency[inside], spectrum.values[inside] / factor**2, style)
+        )
+    scaled = one.run.spectra[name]
+    inside = (scaled.frequency >= low) & (scaled.frequency <= high)
+    ratio = (one.linear[rms] / one.run.values[rms]) ** 2
+    linear = Curve(
+        f"test {one.run.measured.name} scaled", scaled.frequency[inside],
+        ratio * scaled.values[inside] / factor**2, LINEAR,
+    )  # fmt: skip
+    lines = [*curves, linear, predicted]
+    return Plot(
+        [Filling("90 % band", frequency, under, over, BAND_STYLE), *lines],
+        Axis("frequency [Hz]", low, high, logarithmic=True),
+        logarithmic_axis(f"density [{density_unit(unit)}]", lines, 6),
+        title=f"{name}, test {one.planned.test.id}",
+        height=3.4,
+    )
+
+
+def _band(drawn: FloatArray, rms: Spread) -> tuple[FloatArray, FloatArray]:
+    """Return the 90 % band of a density [unit^2/Hz]: that of the draws and of the model.
+
+    What the model misses is taken to be as much at each frequency as it is of the whole.
+    """
+    low, high = rms.band
+    inner = np.quantile(rms.drawn, [0.05, 0.95])
+    under, over = np.quantile(drawn, [0.05, 0.95], axis=0)
+    return under * (low / inner[0]) ** 2, over * (high / inner[1]) ** 2
+
+
+def sections(found: Forecast) -> list[ReportSection]:
+    """Return the sections of the page: a planned test each, then what the bands rest on."""
+    tests = [_section(one, found) for one in found.tests]
+    return [*tests, _rests_on(found)]
+
+
+def _section(one: TestForecast, found: Forecast) -> ReportSection:
+    test = one.planned.test
+    verdict = {True: "Go", False: "No-go", None: "No limits in the log"}[one.go]
+    figures = [
+        PageFigure(
+            f"{plot.title}.",
+            "Predicted density with its 90 % band, over what was measured at the levels that "
+            "were run, and the highest of them scaled with the level.",
+            to_svg.plot(plot, title=f"Predicted density of {plot.title}", height=330),
+            broad=True,
+        )
+        for figure in density_figures(one, found)
+        for plot in figure.plots
+    ]
+    told = f"{test.excitation}, {told_level(test)}, {numeral(one.planned.duration, 4)} s"
+    distance = (
+        f"{numeral(one.distance_db)} dB above what was run" if one.distance_db > 0 else ""
+    )
+    return ReportSection(
+        f"Test {test.id}: {verdict}",
+        f"test-{test.id}",
+        [", ".join(filter(None, (told, distance))) + ".", *sentences(one)],
+        [*_limits(one), _numbers(one)],
+        figures,
+    )
+
+
+def _limits(one: TestForecast) -> list[ReportTable]:
+    if not one.limits:
+        return []
+    rows = [
+        (
+            judged.name, told_limit(judged), _shown(one, judged.quantity),
+            percent(judged.probability),
+            "beyond 12 dB" if judged.level_db is None
+            else told_level(one.planned.test, judged.level_db),
+        )
+        for judged in one.limits
+    ]  # fmt: skip
+    names = ("limit", "value", "forecast, 90 % band", "exceeded with", "5 % at")
+    return [ReportTable("Limits.", names, rows)]
+
+
+def _shown(one: TestForecast, quantity: Quantity) -> str:
+    unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+    spread = one.spreads[quantity]
+    value, low, high = (numeral(v / factor) for v in (spread.value, *spread.band))
+    return f"{value} ({low} to {high}) {unit}"
+
+
+def _numbers(one: TestForecast) -> ReportTable:
+    rows = []
+    for quantity in one.spreads:
+        unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+        linear = one.linear.get(quantity)
+        whose = quantity.name if quantity.whose == "response" else (
+            f"{quantity.whose} {quantity.name}".strip()
+        )  # fmt: skip
+        rows.append((
+            whose, _WORDS[quantity.what], _shown(one, quantity),
+            "" if linear is None else f"{numeral(linear / factor)} {unit}",
+        ))  # fmt: skip
+    names = ("of", "quantity", "forecast, 90 % band", "linear scaling")
+    return ReportTable(
+        "Forecast; the largest value is that of the whole duration.", names, rows
+    )
+
+
+def _rests_on(found: Forecast) -> ReportSection:
+    """Return how far the model missed the levels that were run."""
+    rows = [
+        (
+            f"test {one.test}", one.quantity.name, _WORDS[one.quantity.what],
+            f"{one.distance_db:+.1f} dB" if one.distance_db else "fitted",
+            numeral(one.predicted), numeral(one.measured), f"{one.error_db:+.2f} dB",
+        )
+        for one in found.evidence.errors
+    ]  # fmt: skip
+    names = ("test", "response", "quantity", "level", "predicted", "measured", "error")
+    return ReportSection(
+        "What the bands rest on",
+        "rests-on",
+        [
+            "Each level that was run was forecast from those below it. How far the model "
+            "missed them, over the distance in level, is how far it may miss the next one.",
+            *found.notes,
+        ],
+        [ReportTable("Levels that were run, in SI units.", names, rows)],
+    )

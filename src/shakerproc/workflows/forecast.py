@@ -1,0 +1,207 @@
+"""What the next level does: what `shakerproc forecast` does."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from shakerproc.diagnosis.data.from_files import tests_of
+from shakerproc.errors import ArgumentError, LogError
+from shakerproc.forecasts import Forecast as Found
+from shakerproc.forecasts import document_of, forecast_tests, headline, sentences
+from shakerproc.forecasts.levels import amplitude_of_measured
+from shakerproc.forecasts.limits import quantity_of
+from shakerproc.models import Model
+from shakerproc.testlog import Test, TestLog, level_of
+from shakerproc.workflows.arguments import log_of, text_of, whole_of
+from shakerproc.workflows.given_models import model_of
+from shakerproc.workflows.shown import Shown, frame_of_rows, html
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from shakerproc.comparison import Measured
+
+COLUMNS = ("test", "of", "name", "what", "value", "low", "high", "linear", "unit")
+"""Columns of the table of a forecast."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Forecast(Shown):
+    """What planned tests will do, with 90 % bands and the limits of the log.
+
+    Attributes
+    ----------
+    found : shakerproc.forecasts.Forecast
+        The whole of it, typed.
+    """
+
+    found: Found
+
+    @property
+    def sentence(self) -> str:
+        """Go or no-go, and the limit that decides."""
+        return headline(self.found)
+
+    @property
+    def go(self) -> bool | None:
+        """Whether every limit is kept with 95 %; None where the log has none."""
+        each = [one.go for one in self.found.tests]
+        return None if None in each else all(each)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the forecast as forecast.json holds it."""
+        return document_of(self.found)
+
+    @property
+    def rows(self) -> list[tuple[Any, ...]]:
+        """Every quantity of every planned test in SI units, as forecast.csv has it."""
+        return [
+            (
+                one.planned.test.id, q.whose, q.name, q.what, spread.value, *spread.band,
+                one.linear.get(q), q.unit,
+            )
+            for one in self.found.tests
+            for q, spread in one.spreads.items()
+        ]  # fmt: skip
+
+    def to_pandas(self) -> "DataFrame":
+        """Return every quantity of every planned test, with its band, in SI units."""
+        return frame_of_rows(COLUMNS, self.rows)
+
+    def plot(self) -> "Figure":
+        """Return the predicted densities of the first planned test beside measured levels."""
+        from shakerproc.report.figures.to_png import matplotlib_figure
+        from shakerproc.report.models.forecast import density_figures
+
+        first = density_figures(self.found.tests[0], self.found)[0]
+        return matplotlib_figure(first, str(first.plots[0].title))
+
+    def _repr_html_(self) -> str:
+        told = [text for one in self.found.tests for text in sentences(one)]
+        return html(self.sentence, [*told, *self.found.notes], self.to_pandas())
+
+
+def forecast(model: Any, log: TestLog, *, level: str | None = None, seed: int = 0) -> Forecast:
+    """Return what the tests will do that a log plans, with 90 % bands.
+
+    Parameters
+    ----------
+    model : ModelFile or Model
+        The model, with the effects that the specimen has.
+    log : TestLog
+        What `read_log` returned; its tests with ``planned: true`` are forecast.
+    level : str, optional
+        Level of the planned tests in place of the log's, such as ``0.04 g^2/Hz``; where the
+        log plans none, of the loudest test that was run.
+    seed : int
+        Of all that is drawn.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is of another kind.
+    DiagnosisError
+        If fewer than two levels were run, or the model does not fit the tests.
+    LogError
+        If nothing is planned, or a limit cannot be judged.
+    ShakerprocError
+        If a recording cannot be used, or a motion runs away.
+    """
+    wanted = None if level is None else text_of("level", level)
+    number = whole_of("seed", seed, 0)
+    return forecast_log(model_of(model).model, log_of(log), level=wanted, seed=number)
+
+
+def forecast_log(
+    model: Model,
+    log: TestLog,
+    *,
+    level: str | None = None,
+    seed: int = 0,
+    say: Callable[[str], None] = lambda _text: None,
+    warn: Callable[[str], None] = lambda _text: None,
+) -> Forecast:
+    """Return a forecast, told of what is going on and of faulty channels; see `forecast`.
+
+    Raises
+    ------
+    LogError
+        If nothing drives the model, nothing is planned, or a limit cannot be judged.
+    """
+    if model.excitation.role is None or model.excitation.imposed:
+        raise LogError(
+            f"{model.title}: a forecast needs a model that a base acceleration or a force "
+            "drives. Give what excites it in the model: {base: acceleration}, say."
+        )
+    for limit in log.limits:  # before recordings are read
+        quantity_of(limit, model, log)
+    if level is None and not log.planned:
+        raise LogError(
+            f"{log.path.name}: no test is planned. Add one with planned: true, or give --level "
+            "(level=...), such as 0.04 g^2/Hz."
+        )
+    usable = tests_of(replace(log, planned=()), model)
+    usable.tell(warn)
+    planned = list(log.planned) if level is None else _at_level(log, usable.tests, level)
+    return Forecast(forecast_tests(model, log, usable.tests, planned, seed=seed, say=say))
+
+
+def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Test]:
+    """Return the planned tests, or else the loudest that was run, at another level.
+
+    Raises
+    ------
+    ArgumentError
+        If the level is none of their excitation.
+    """
+    loudest = max(tests, key=amplitude_of_measured)
+    length = (loudest.stop - loudest.start) / loudest.sample_rate
+    again = replace(
+        loudest.test, id=f"{loudest.name} at {level}", recording=None, planned=True,
+        hold_out=False, duration=loudest.test.duration or length,
+    )  # fmt: skip
+    found = []
+    for test in log.planned or (again,):
+        try:
+            value, unit = level_of(level, test.excitation)
+        except ValueError as error:
+            raise ArgumentError("level", str(error)) from error
+        found.append(replace(test, level=value, level_unit=unit, level_text=level))
+    return found
+
+
+def write_forecast(
+    folder: Path, found: Forecast, command: str, inputs: "Sequence[tuple[str, str, str]]",
+    *, figures: bool,
+) -> Path:  # fmt: skip
+    """Write report.html, forecast.json, forecast.csv and figures; return the page."""
+    from shakerproc import files
+    from shakerproc.report.models.forecast import density_figures, sections
+    from shakerproc.report.page.page import Report, write_report
+
+    files.write_json(folder / "forecast.json", found.as_json())
+    rows = found.rows
+    table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
+    files.write_text(folder / "forecast.csv", files.csv_text(table))
+    if figures:
+        from shakerproc.report.figures.to_png import matplotlib_figure, save
+
+        for one in found.found.tests:
+            for figure in density_figures(one, found.found):
+                picture = matplotlib_figure(figure, str(figure.plots[0].title))
+                save(picture, folder / f"{figure.name}.png")
+    report = Report(
+        found.found.title,
+        [],
+        command=command,
+        verdict=f"{found.sentence}.",
+        sections=sections(found.found),
+        inputs=inputs,
+    )
+    write_report(folder / "report.html", report)
+    return folder / "report.html"

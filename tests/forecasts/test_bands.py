@@ -1,0 +1,62 @@
+"""Bands and limits against closed forms, and the model error against errors that were made."""
+
+import numpy as np
+import pytest
+import scipy.stats
+from numpy.testing import assert_allclose
+
+from shakerproc.forecasts.bands import spread_of
+from shakerproc.forecasts.limits import level_of
+from shakerproc.forecasts.model_error import LevelError, error_of
+from shakerproc.forecasts.quantities import Quantity
+
+RMS = Quantity("response", "ch3", "rms", "m/s^2")
+
+
+@pytest.mark.parametrize("freedom", [1.0, 2.0, 5.0])
+def test_a_band_of_model_error_alone_is_students_law_in_decibels(freedom):
+    found = spread_of(np.full(60, 5.0), 0.5, freedom)
+    half = 0.5 * scipy.stats.t.ppf(0.95, freedom)
+    assert_allclose(20.0 * np.log10(np.array(found.band) / 5.0), [-half, half], rtol=0.12)
+    for above in (0.3, 1.0):
+        limit = 5.0 * 10.0 ** (above / 20.0)
+        wanted = scipy.stats.t.sf(above / 0.5, freedom)
+        assert_allclose(found.exceeds(limit), wanted, rtol=0.1)
+
+
+def test_a_band_of_drawn_values_alone_holds_nine_of_ten():
+    drawn = np.exp(0.1 * np.random.default_rng(0).standard_normal(2000))
+    low, high = spread_of(drawn, 0.0, np.inf).band
+    assert_allclose(np.log([low, high]), [-0.1645, 0.1645], rtol=0.06)
+
+
+def errors(*rows):
+    return [
+        LevelError(str(i), RMS, 10.0 ** (error / 20.0), 1.0, distance, spread)
+        for i, (distance, error, spread) in enumerate(rows)
+    ]
+
+
+def test_the_model_error_grows_as_that_of_levels_that_were_run():
+    found = error_of(errors((0.0, 0.3, 0.0), (6.0, 1.2, 0.0), (12.0, -2.4, 0.0)))
+    assert_allclose(found.fitted_db, 0.3, rtol=1e-9)
+    assert_allclose(found.growth, 0.2, rtol=1e-9)
+    assert_allclose(found.at(6.0), np.hypot(0.3, 1.2), rtol=1e-9)
+    assert_allclose(found.freedom, (36.0 + 144.0) ** 2 / (36.0**2 + 144.0**2), rtol=1e-9)
+
+
+def test_what_the_numbers_leave_open_is_no_model_error():
+    found = error_of(errors((0.0, 0.1, 0.2), (6.0, 1.0, 1.5)))
+    assert (found.fitted_db, found.growth) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("wanted", [-7.3, -1.2, 4.4])
+def test_the_level_of_five_per_cent_is_where_a_bell_crosses_it(wanted):
+    score = scipy.stats.norm.ppf(0.05)
+    found = level_of(lambda level: float(scipy.stats.norm.cdf(score + 0.4 * (level - wanted))))
+    assert found is not None
+    assert_allclose(found, wanted, atol=1e-6)
+
+
+def test_a_level_beyond_twelve_decibels_is_not_told():
+    assert level_of(lambda level: 0.0 if level < 20.0 else 1.0) is None
