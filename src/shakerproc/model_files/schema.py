@@ -48,12 +48,33 @@ class ProvenanceSection(Section):
     date: str = ""
 
 
+class StructureModeSection(Section):
+    """One mode of a structure."""
+
+    frequency: Annotated[float, in_unit("Hz", not_negative=True)]
+    damping_ratio: float = Field(ge=0.0)
+    shape: Annotated[tuple[float, ...], FromList]
+    participation: Any = None
+
+
+class StructureSchema(Section):
+    """A structure by its modes: a whole file, or a part of a model."""
+
+    structure: Literal[1] = 1
+    title: str = ""
+    points: Annotated[tuple[str, ...], FromList]
+    direction: str | None = None
+    modes: Annotated[tuple[StructureModeSection, ...], FromList]
+    mass_unit: str = "kg"
+
+
 class ModelSchema(Section):
     """The whole file."""
 
     model: Literal[1]
     title: str = ""
-    masses: dict[str, Any]
+    masses: dict[str, Any] = Field(default_factory=dict)
+    structures: dict[str, str | StructureSchema] = Field(default_factory=dict)
     elements: Annotated[tuple[dict[str, Any], ...], FromList]
     excitation: ExcitationSection
     modes: Annotated[tuple[ModeSection, ...], FromList] = ()
