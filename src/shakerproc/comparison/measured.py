@@ -230,7 +230,7 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
         If a recording cannot be used.
     """
     tests = log.recorded()
-    share = longest(len(tests), len(model.masses))
+    share = longest(len(tests), model.n_coordinates)
     found, left_out = [], []
     for test in tests:
         try:
@@ -265,11 +265,11 @@ def with_repeats(
     return tuple(found)
 
 
-def longest(n_tests: int, n_masses: int) -> int:
+def longest(n_tests: int, n_coordinates: int) -> int:
     """Return how many samples of a test are looked at, so that time and memory suffice."""
     in_memory = min(MOST_OF_EACH, max(LEAST_OF_EACH, MOST_OF_ALL // n_tests))
-    in_time = max(LEAST_OF_MANY, MOST_WORK // (n_masses**2 * n_tests))
-    return min(in_memory, in_time, MOST_MOTION // n_masses)
+    in_time = max(LEAST_OF_MANY, MOST_WORK // (n_coordinates**2 * n_tests))
+    return min(in_memory, in_time, MOST_MOTION // n_coordinates)
 
 
 def measure(

@@ -256,6 +256,11 @@ class Model:
         return (BASE, *self.moving)
 
     @property
+    def n_coordinates(self) -> int:
+        """Number of masses and of modes of structures."""
+        return len(self.masses) + sum(len(one.modes) for one in self.structures.values())
+
+    @property
     def points(self) -> tuple[str, ...]:
         """Every point of a structure."""
         return tuple(p for one in self.structures.values() for p in one.points)
