@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models import BASE, Model
+from shakerproc.models import Model
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.numerals import numeral
 

@@ -16,7 +16,7 @@ from shakerproc.model_files import (
     add_element,
     model_text,
 )
-from shakerproc.models import BASE, EFFECTS, Model
+from shakerproc.models import EFFECTS, Model
 from shakerproc.models.identification import Values
 from shakerproc.testlog import TestLog
 from shakerproc.units import near_miss, to_si
