@@ -16,6 +16,7 @@ from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element, Model, Sensor
 from shakerproc.models.motion import Motion, unit_in
+from shakerproc.models.structure import Structure, StructureMode
 from shakerproc.units import from_si, to_si
 
 _SHOWN: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
@@ -52,7 +53,12 @@ def model_text(model: Model, *, heading: str = "") -> str:
     masses = ", ".join(
         f"{text_of(n)}: {number(m, model.unit_of('kg'))}" for n, m in model.masses.items()
     )
-    lines += [f"masses: {{{masses}}}", "elements:"]
+    lines += [f"masses: {{{masses}}}"] if model.masses else []
+    if model.structures:
+        lines += ["structures:"]
+        for name, one in model.structures.items():
+            lines += [f"  {text_of(name)}:", *(f"    {line}" for line in structure_lines(one))]
+    lines += ["elements:"]
     lines += [f"  - {element_text(element, model.motion)}" for element in model.elements]
     on = model.excitation.on
     shaken = _SHAKEN[model.excitation.kind] + ("" if on is None else text_of(on))
@@ -76,6 +82,25 @@ def mode_text(mode: Mode, motion: Motion = "translation") -> str:
         f"mass: {number(mode.mass, unit_in('kg', motion))}",
         f"participation: {{{shares}}}",
     ]
+    return f"{{{', '.join(said)}}}"
+
+
+def structure_lines(structure: Structure) -> list[str]:
+    """Return a structure on lines, as it stands in a model file or in one of its own."""
+    lines = [f"points: [{', '.join(text_of(point) for point in structure.points)}]"]
+    if structure.direction is not None:
+        lines.append(f"direction: {text_of(structure.direction)}")
+    return [*lines, "modes:", *(f"  - {_structure_mode_text(one)}" for one in structure.modes)]
+
+
+def _structure_mode_text(mode: StructureMode) -> str:
+    said = [
+        f"frequency: {number(mode.frequency, 'Hz')}",
+        f"damping_ratio: {number(mode.damping_ratio, '1')}",
+        f"shape: [{', '.join(map(_digits, mode.shape))}]",
+    ]
+    if mode.participation is not None:
+        said.append(f"participation: {_digits(mode.participation)} sqrt(kg)")
     return f"{{{', '.join(said)}}}"
 
 
