@@ -32,6 +32,7 @@ from shakerproc.data import (
 )
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
+from shakerproc.models.validation import check_sampled
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
 from shakerproc.runs.remarks import unused_lines
@@ -301,6 +302,7 @@ def measure(
         If the recording cannot be used.
     """
     with open_test(log, test) as recording:
+        check_sampled(model, recording.sample_rate)
         inputs = input_rows(recording, model)
         rows = [sensor_row(recording, name, model) for name in sensors_of(model)]
         overlap = set(inputs) & set(rows)

@@ -260,6 +260,11 @@ def _acting(
     if mass == BASE:
         raise document.error(("excitation", key), f"expected a mass, got {BASE}")
     _check_place(document, ("excitation", key), mass, places)
+    if key == "displacement of" and mass not in document.value.masses:
+        raise document.error(
+            ("excitation", key),
+            f"expected a mass, got {mass}, a point of a structure; a force may act on it",
+        )
     return Excitation("force" if key == "force on" else "imposed displacement", mass)
 
 

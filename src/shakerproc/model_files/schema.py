@@ -65,6 +65,7 @@ class StructureSchema(Section):
     points: Annotated[tuple[str, ...], FromList]
     direction: str | None = None
     modes: Annotated[tuple[StructureModeSection, ...], FromList]
+    mass: Annotated[float | None, in_unit("kg", positive=True)] = None
     mass_unit: str = "kg"
 
 

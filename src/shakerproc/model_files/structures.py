@@ -116,7 +116,13 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
         )
     root = _root_of_unit(document, where, said.mass_unit)
     modes = tuple(_mode(document, where, said, i, root) for i in range(len(said.modes)))
-    return Structure(said.points, modes, said.direction)
+    structure = Structure(said.points, modes, said.direction)
+    if said.mass is not None:
+        try:
+            structure.check_mass(said.mass)
+        except ValueError as error:
+            raise document.error((*where, "mass"), str(error)) from error
+    return structure
 
 
 def _root_of_unit(document: Document[Any], where: Where, unit: str) -> float:

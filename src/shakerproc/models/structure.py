@@ -8,6 +8,10 @@ import numpy as np
 from shakerproc import checks
 from shakerproc.data import FloatArray
 
+MASS_TOLERANCE: Final = 0.01
+"""Departure of the mass that modes move from that of the structure: shapes come with four
+digits or more, and units are wrong by a thousand [-]."""
+
 _MOVED: Final = 1e-3
 """Departure of the base motion from what rigid-body modes span at the points: shapes come with
 four digits or more [-]."""
@@ -113,6 +117,29 @@ class Structure:
         if self.direction is None:
             return np.ones(len(self.points))
         return np.array([float(p.endswith(f"/{self.direction}")) for p in self.points])
+
+    def check_mass(self, mass: float) -> None:
+        r"""Pass modes that move the mass of the structure with the base [kg].
+
+        All of it by rigid-body modes, at most all by those of a fixed base:
+
+        .. math:: \textstyle\sum_r \gamma_r^2 = m
+
+        Raises
+        ------
+        ValueError
+            If they do not: units of the shapes, or the mass for which they are normalised.
+        """
+        moved = float(np.sum(self.participations**2))
+        enough = self.of_fixed_base or moved > (1.0 - MASS_TOLERANCE) * mass
+        if not enough or moved > (1.0 + MASS_TOLERANCE) * mass:
+            advice = " The factor of 1000 is that of tonnes: state mass_unit: t."
+            factor = mass / moved
+            near = any(abs(factor / f - 1.0) < 0.1 for f in (1e-3, 1e3))
+            raise ValueError(
+                f"the modes move {moved:.4g} kg with the base, and mass says {mass:.4g} kg."
+                + (advice if near else " Check how the shapes are normalised")
+            )
 
     @property
     def participations(self) -> FloatArray:

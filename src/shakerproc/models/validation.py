@@ -10,7 +10,8 @@ from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.effects.spring import Spring
-from shakerproc.models.parallel_elements import resolved
+from shakerproc.models.parallel_elements import mobility, resolved
+from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray
@@ -34,6 +35,30 @@ def check_model(model: "Model") -> None:
     _check_nothing_runs_away(model, resolved(model))
 
 
+def check_sampled(model: "Model", sample_rate: float) -> None:
+    """Pass a model whose structures have no mode that samples do not tell.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    sample_rate : float
+        Samples per second of a recording [Hz].
+
+    Raises
+    ------
+    ModelError
+        If one lies beyond half the sample rate.
+    """
+    for name, structure in model.structures.items():
+        for i, mode in enumerate(structure.modes, 1):
+            if mode.frequency > 0.5 * sample_rate:
+                raise ModelError(
+                    f"{model.title}: mode {i} of {name} at {numeral(mode.frequency)} Hz lies "
+                    f"beyond half the sample rate of {numeral(sample_rate)} Hz. Leave it out."
+                )
+
+
 def _check_places(model: "Model") -> None:
     if not model.masses and not model.structures:
         raise ModelError(
@@ -53,6 +78,11 @@ def _check_places(model: "Model") -> None:
     if model.excitation.on is not None:
         _check_place(model, model.excitation.on, "excitation")
     imposed = model.excitation.on if model.excitation.imposed else None
+    if imposed in model.points:
+        raise ModelError(
+            f"{model.title}: the displacement of {imposed}, a point of a structure, cannot be "
+            f"imposed. Impose that of a mass, or let a force act."
+        )
     for name, sensor in model.sensors.items():
         if sensor.measures == "force" and sensor.at != imposed:
             raise ModelError(
@@ -86,6 +116,11 @@ def _check_element(model: "Model", element: "Element") -> None:
     if first == second:
         raise ModelError(
             f"{model.title}: {kind} stands between {first} and itself. Name two places."
+        )
+    if mobility(model, element.between) == 0.0:
+        raise ModelError(
+            f"{model.title}: {kind} between {first} and {second} never moves: no mode has "
+            f"a relative motion there. Add modes that have, or take the element out."
         )
     if isinstance(element.effect, AttachedMode) and second == BASE:
         raise ModelError(
