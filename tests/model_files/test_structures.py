@@ -1,3 +1,4 @@
+# ruff: noqa: E501 - one mistake a row
 """Structures in model files and in files of their own: what is read, written and refused."""
 
 import numpy as np
