@@ -62,9 +62,12 @@ class StructureSchema(Section):
 
     structure: Literal[1] = 1
     title: str = ""
-    points: Annotated[tuple[str, ...], FromList]
+    points: Annotated[tuple[str, ...], FromList] = ()
     direction: str | None = None
-    modes: Annotated[tuple[StructureModeSection, ...], FromList]
+    modes: Annotated[tuple[StructureModeSection, ...], FromList] = ()
+    modes_from: str | None = None
+    nodes: dict[str, str] = Field(default_factory=dict)
+    damping_ratio: Annotated[float | None, Field(ge=0.0)] = None
     mass: Annotated[float | None, in_unit("kg", positive=True)] = None
     mass_unit: str = "kg"
 

@@ -195,10 +195,7 @@ class DataSet:
 
     @cached_property
     def motions(self) -> tuple[FloatArray, ...]:
-        """Displacements [m], then velocities [m/s], (2 n_coordinates, n) arrays.
-
-        Of masses and of modes of structures.
-        """
+        """Displacements [m], then velocities [m/s], (2 n_coordinates, n) arrays."""
         return tuple(coordinate_motions(self.model, test) for test in self.tests)
 
     @cached_property
