@@ -70,6 +70,8 @@ def test_a_mode_without_partner_is_told_on_both_sides():
     assert found[0].difference == pytest.approx(0.04)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_compare_prints_the_modes_of_a_simulated_test_and_writes_them(tmp_path, monkeypatch):
     """The truth is the model with the first spring a third softer: all modes are lower."""
     monkeypatch.chdir(tmp_path)

@@ -35,19 +35,43 @@ _WRITTEN: Final = {kind: written for (written, _), kind in SPELLINGS.items()}
 _NOT_TEXT: Final = frozenset({"true", "false", "null", "yes", "no", "on", "off", "nan", "inf"})
 
 
-def write_model(model: Model, path: Path, *, heading: str = "") -> None:
+def write_model(
+    model: Model,
+    path: Path,
+    *,
+    heading: str = "",
+    structures: Mapping[str, str] = MappingProxyType({}),
+) -> None:
     """Write a model file, whole or not at all.
 
     Parameters
     ----------
+    model : Model
+        The model.
+    path : Path
+        The file.
     heading : str
         Comment at the top, without ``#``.
+    structures : mapping of str to str
+        Names of the files, beside this one, that hold structures (see `structure_text`); the
+        others are written into this one.
     """
-    files.write_text(path, model_text(model, heading=heading))
+    files.write_text(path, model_text(model, heading=heading, structures=structures))
 
 
-def model_text(model: Model, *, heading: str = "") -> str:
-    """Return the text of a model file."""
+def structure_text(structure: Structure, title: str) -> str:
+    """Return the text of a file of its own for a structure."""
+    lines = ["structure: 1", f"title: {text_of(title)}", *structure_lines(structure)]
+    return "\n".join(lines) + "\n"
+
+
+def model_text(
+    model: Model,
+    *,
+    heading: str = "",
+    structures: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Return the text of a model file; see `write_model`."""
     lines = [f"# {line}".rstrip() for line in heading.splitlines()]
     lines += ["model: 1", f"title: {text_of(model.title)}"]
     masses = ", ".join(
@@ -57,7 +81,13 @@ def model_text(model: Model, *, heading: str = "") -> str:
     if model.structures:
         lines += ["structures:"]
         for name, one in model.structures.items():
-            lines += [f"  {text_of(name)}:", *(f"    {line}" for line in structure_lines(one))]
+            inside = [f"    {line}" for line in structure_lines(one)]
+            file = structures.get(name)
+            lines += (
+                [f"  {text_of(name)}:", *inside]
+                if file is None
+                else [f"  {text_of(name)}: {text_of(file)}"]
+            )
     lines += ["elements:"]
     lines += [f"  - {element_text(element, model.motion)}" for element in model.elements]
     on = model.excitation.on
