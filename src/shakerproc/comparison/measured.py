@@ -322,11 +322,10 @@ def measure(
         check_sizes(recording, samples[:, part.start - part.first :], inputs, rows)
         check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
+        if not model.excitation.imposed:  # where in its play a joint stands counts
+            samples = samples - run.mean(axis=1, keepdims=True)
         chosen = (samples[inputs] if inputs else nothing, samples[rows])
-        found = _measured(
-            recording, test, chosen, tuple(model.sensors), part,
-            centred=not model.excitation.imposed,  # where in its play a joint stands counts
-        )  # fmt: skip
+        found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(
             found,
             notes=(*found.notes, *faults, *few),
@@ -354,15 +353,10 @@ def _measured(
     samples: tuple[FloatArray, FloatArray],
     sensors: tuple[str, ...],
     part: Part,
-    *,
-    centred: bool,
 ) -> Measured:
     controls, responses = samples
     rate = recording.sample_rate
     start, stop = part.start - part.first, part.stop - part.first
-    if centred:
-        controls = controls - controls[:, start:stop].mean(axis=1, keepdims=True)
-        responses = responses - responses[:, start:stop].mean(axis=1, keepdims=True)
     quiet = quiet_of(controls, responses, rate)
     excited = _excited(test, rate)
     low, high = excited

@@ -111,8 +111,9 @@ def noise_of(
     """Return the noise of a test, from what was measured alone, never from a model.
 
     That of the responses is what they hold at rest; where the recording has no rest, half of
-    what differs between repeats of the test or of its period; else what is left above the
-    excited band. That of several controls is what they do not have in common while they move.
+    what differs between repeats of the test or of its period; else what a free decay holds
+    beside its modes, or what is left above the excited band. That of several controls is what
+    they do not have in common while they move.
     None is below what the recorder resolves.
 
     Parameters
@@ -169,6 +170,7 @@ def band_above(
 _RESPONSES: Final = MappingProxyType({
     sources.QUIET: sources.responses_at_rest,
     sources.REPEATS: sources.responses_of_repeats,
+    sources.QUARTER: sources.responses_of_decay,
     sources.ABOVE: sources.responses_above,
 })
 _INPUTS: Final = MappingProxyType({

@@ -9,12 +9,13 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.quiet import quiet_of
 from shakerproc.data import FloatArray
-from shakerproc.spectra import cross_spectra, psd
+from shakerproc.spectra import CrossSpectra, cross_spectra, psd
 
 QUIET: Final = "quiet lead-in"
 REPEATS: Final = "repeats"
 DISAGREEMENT: Final = "disagreement of the controls"
 ABOVE: Final = "band above the excitation"
+QUARTER: Final = "quietest quarter of the spectrum"
 RESOLUTION: Final = "resolution of the recorder"
 
 SEGMENT: Final = 512
@@ -31,6 +32,13 @@ drive's own filter [-]."""
 BELOW_FILTER: Final = 0.4
 """Where the band above ends, over the sample rate: below the recorder's anti-alias filter,
 whose flank begins at 0.4 to 0.5 of it [-]."""
+
+MOST_POWER: Final = 0.9
+"""Share of its power by which the bins of a motion are told [-]."""
+
+MOVING: Final = 4.0
+"""Density of a rest in the bins of the motion over that beside them, from which it moves: its
+noise would be told twice too large [-]."""
 
 FEWEST_BINS: Final = 16
 """Bins of the band above that tell a density to a quarter of it [-]."""
@@ -75,8 +83,16 @@ def frequencies(sample_rate: float) -> FloatArray:
 
 def density(rows: FloatArray, sample_rate: float) -> FloatArray:
     """Return smoothed densities at `frequencies`, (n_rows, n_frequencies) array [unit^2/Hz]."""
+    return _density(_smoothed(rows, sample_rate), sample_rate)
+
+
+def _smoothed(rows: FloatArray, sample_rate: float) -> CrossSpectra:
+    """Return the spectra that tell the noise."""
     segment = min(SEGMENT, rows.shape[1])
-    cross = cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
+    return cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
+
+
+def _density(cross: CrossSpectra, sample_rate: float) -> FloatArray:
     # bins 0 and 1 hold what is left of the mean
     known = cross.frequency[2:]
     return np.array([np.interp(frequencies(sample_rate), known, row[2:]) for row in psd(cross)])
@@ -112,16 +128,23 @@ def _step(row: FloatArray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def responses_at_rest(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+def responses_at_rest(test: Channels, twins: Sequence[Channels]) -> FloatArray | None:
     """Return what the responses hold before and after the run."""
     rest = _rest(test)
-    return None if rest is None else rest[len(test.controls) :]
+    if rest is None:
+        return None
+    others = (responses_of_repeats, responses_of_decay, responses_above)
+    return _at_most(rest[len(test.controls) :], test.responses, test, twins, others)
 
 
-def input_at_rest(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+def input_at_rest(test: Channels, twins: Sequence[Channels]) -> FloatArray | None:
     """Return what the mean of the controls holds before and after the run, noises apart."""
     rest, n = _rest(test), len(test.controls)
-    return None if rest is None else np.asarray(rest[:n].sum(axis=0, keepdims=True) / n**2)
+    if rest is None:
+        return None
+    mean = np.asarray(rest[:n].sum(axis=0, keepdims=True) / n**2)
+    run = test.controls.mean(axis=0, keepdims=True)
+    return _at_most(mean, run, test, twins, (input_above,))
 
 
 def _rest(test: Channels) -> FloatArray | None:
@@ -134,6 +157,42 @@ def _rest(test: Channels) -> FloatArray | None:
             found.append(density(rows, test.sample_rate))
             lengths.append(quiet.stop)
     return np.average(found, axis=0, weights=lengths) if found else None
+
+
+def _at_most(
+    rest: FloatArray,
+    run: FloatArray,
+    test: Channels,
+    twins: Sequence[Channels],
+    others: Sequence[Source],
+) -> FloatArray:
+    """Return the density of a rest, where it still moves no more than others say.
+
+    The tail of a decay and the begin of a quake hold motion that no control tells.
+    """
+    moving = [
+        stands_out(own, row) > MOVING
+        for own, row in zip(rest, density(run, test.sample_rate), strict=True)
+    ]
+    known = (other(test, twins) for other in others) if any(moving) else iter(())
+    least = next((one for one in known if one is not None), rest)
+    return np.where(np.array(moving)[:, np.newaxis], np.minimum(rest, least), rest)
+
+
+def stands_out(rest: FloatArray, run: FloatArray) -> float:
+    """Return how much more a rest holds in the bins of a motion than beside them [-].
+
+    The bins of a motion are the fewest that hold nine tenths of its power. White noise has 1.
+
+    `rest` and `run` are (n_frequencies,) arrays of densities, in one unit.
+    """
+    order = np.argsort(run)[::-1]
+    power = np.cumsum(run[order])
+    count = 1 + int(np.searchsorted(power, MOST_POWER * power[-1]))
+    beside = rest[order[count:]]
+    if not beside.size or not beside.mean() > 0.0:
+        return 1.0
+    return float(rest[order[:count]].mean() / beside.mean())
 
 
 def responses_of_repeats(test: Channels, twins: Sequence[Channels]) -> FloatArray | None:
@@ -217,20 +276,35 @@ def disagreement(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
 
 def responses_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
     """Return what is left of the responses above the excited band, the same everywhere."""
-    return _above(test.responses, test)
+    return _quartile(test.responses, test, ABOVE_EXCITED * test.excited[1])
 
 
 def input_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
     """Return what is left of the mean of the controls above the excited band."""
-    return _above(test.controls.mean(axis=0, keepdims=True), test)
+    mean = test.controls.mean(axis=0, keepdims=True)
+    return _quartile(mean, test, ABOVE_EXCITED * test.excited[1])
 
 
-def _above(rows: FloatArray, test: Channels) -> FloatArray | None:
-    """Return the lower quartile of the densities there: harmonics stand above it."""
+def responses_of_decay(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
+    """Return the noise of a free decay beside its modes, the same everywhere."""
+    return None if test.controls.any() else _quartile(test.responses, test, 0.0)
+
+
+def _quartile(rows: FloatArray, test: Channels, low: float) -> FloatArray | None:
+    r"""Return the noise above a frequency [Hz] by the lower quartile of densities there.
+
+    Lines and harmonics stand above it. A density of white noise by :math:`n` averages has a
+    :math:`\chi^2` distribution, whose quartile is below its mean :math:`G` by
+
+    .. math:: Q(\tfrac14; 2 n) / (2 n)
+    """
     frequency = frequencies(test.sample_rate)
-    low, high = ABOVE_EXCITED * test.excited[1], BELOW_FILTER * test.sample_rate
+    high = BELOW_FILTER * test.sample_rate
     inside = (frequency > low) & (frequency < high)
     if np.count_nonzero(inside) < FEWEST_BINS:
         return None
-    least = np.quantile(density(rows, test.sample_rate)[:, inside], 0.25, axis=1)
+    cross = _smoothed(rows, test.sample_rate)
+    doubled = 2.0 * cross.effective_averages
+    low_by = scipy.stats.chi2.ppf(0.25, doubled) / doubled
+    least = np.quantile(_density(cross, test.sample_rate)[:, inside], 0.25, axis=1) / low_by
     return np.repeat(least[:, np.newaxis], frequency.size, axis=1)

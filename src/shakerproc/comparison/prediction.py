@@ -6,6 +6,7 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.comparison.free_bodies import mean_force
 from shakerproc.comparison.free_run_error import Scored, in_band
 from shakerproc.comparison.measured import Measured
 from shakerproc.comparison.windows import (
@@ -112,7 +113,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    given = _given(model, measured.input, measured.sample_rate)
+    given = _given(model, measured)
     try:
         simulation = simulate(model, given, growth=not _is_stable(model), tolerance=TOLERANCE)
     except SimulationError as error:
@@ -134,9 +135,14 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     )
 
 
-def _given(model: Model, samples: FloatArray, sample_rate: float) -> Input:
-    """Return samples as what shakes a model."""
-    return prepare_measured(samples, sample_rate, imposed=model.excitation.imposed)
+def _given(model: Model, measured: Measured) -> Input:
+    """Return the input of a model in a test."""
+    imposed = model.excitation.imposed
+    return prepare_measured(_drive(model, measured), measured.sample_rate, imposed=imposed)
+
+
+def _drive(model: Model, measured: Measured) -> FloatArray:
+    return measured.input + mean_force(model, measured)
 
 
 def free_run(model: Model, measured: Measured) -> Scored:
@@ -147,7 +153,7 @@ def free_run(model: Model, measured: Measured) -> Scored:
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    given = _given(model, measured.input, measured.sample_rate)
+    given = _given(model, measured)
     simulated, failed = _from_rest(model, given)
     if failed:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
@@ -205,7 +211,8 @@ def _noisy(model: Model, measured: Measured, given: Input) -> list[Input]:
     count = 1 if _is_stable(model) else DRAWS
     n, rate = measured.input.size, measured.sample_rate
     draws = [measured.noise.drawn(n, rate, generator) for _ in range(count)]
-    return [prepare_like(measured.input + draw, given) for draw in draws]
+    drive = _drive(model, measured)
+    return [prepare_like(drive + draw, given) for draw in draws]
 
 
 def _sizes(simulation: Simulation) -> FloatArray:

@@ -63,4 +63,4 @@ def search_component_tests(
         ruled_out=ruled_out(starts, singles),
         failed=one_more.failed,
     )
-    return with_all(found, campaign, [form], one_more.left_behind(), say)
+    return with_all(found, campaign, [form], lambda: one_more.every(starts), say)

@@ -22,7 +22,7 @@ from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.found import is_within
+from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.selection.errors import (
     PARTED,
     error_of,
@@ -131,6 +131,7 @@ def compared(
         best = best_of(scores).fit
         left = error_of(campaign.data, best, forms[i].held_out)
         if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
+            forms[chosen] = replace(forms[chosen], beyond=forms[i])
             break
         least = min(least, left)
         chosen = i
@@ -200,6 +201,19 @@ def _rounds(campaign: Campaign, best: Fit, one: Fit) -> int:
     own, first = as_fitted(campaign.data, one), as_fitted(campaign.data, best)
     is_far = own is not None and first is not None and gain(first, own).t > FAR
     return 0 if is_far else ROUNDS
+
+
+def falls_short(found: Found, score: Score) -> bool:
+    """Return whether a hypothesis fails at a longer horizon at which noise lets predict."""
+    beyond = found.form.beyond
+    if beyond is None:
+        return False
+    there = carried(found.data, score.fit, [beyond])
+    if there is None:
+        return True
+    left = error_of(found.data, there, beyond.held_out)
+    floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
+    return left > LONGER * found.left_by(score) and not is_within(left, floor)
 
 
 def bare_and_effects(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:

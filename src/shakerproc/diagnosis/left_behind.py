@@ -8,7 +8,7 @@ from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
-from shakerproc.diagnosis.selection.choice import bare, leaves_more, standing_of
+from shakerproc.diagnosis.selection.choice import wants_more
 from shakerproc.diagnosis.selection.scores import ranked
 
 
@@ -16,17 +16,17 @@ def with_all(
     found: Found,
     campaign: Campaign,
     forms: Sequence[Form],
-    behind: Sequence[Fit],
+    every: Callable[[], Sequence[Fit]],
     say: Callable[[str], None],
 ) -> Found:
     """Return the same with every effect, where none of those that explain more can be named.
 
     And more than noise is left.
     """
-    if standing_of(found) or not leaves_more(found, bare(found)):
+    if not wants_more(found):
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
-    rest = [one for one in behind if one.hypothesis.names not in names]
+    rest = [one for one in every() if one.hypothesis.names not in names]
     scores = list(found.effects)
     for one in rest:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")

@@ -51,6 +51,11 @@ def unexplained_sentence(test: OneTest) -> str:
     )
 
 
+def short_sentence(horizon_s: float | None) -> str:
+    """Return that a model predicts worse further ahead than candidates were judged."""
+    return f"Further than {numeral(horizon_s or 0.0, 2)} s ahead more is missing."
+
+
 def _held_out_instead(test: OneTest) -> str:
     others = [name for name in test.instead_of if name != test.name]
     if others:

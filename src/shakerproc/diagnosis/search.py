@@ -40,8 +40,8 @@ from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, screen, widening
-from shakerproc.diagnosis.selection.choice import needs_none
+from shakerproc.diagnosis.screening import Start, in_likely_joints, screen, widening
+from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -122,18 +122,19 @@ class Begun:
         Without and with one effect, or two that hide each other.
     outcome : Outcome
         The same at the horizon.
-    behind : tuple of Fit
-        Every effect as far as it was fitted.
+    every : callable
+        Returns every effect as far as it was fitted, those that seemed not worth it, too.
     """
 
     found: Found
     outcome: Outcome
-    behind: tuple[Fit, ...] = ()
+    every: Callable[[], Sequence[Fit]] = tuple
 
     @property
     def is_enough(self) -> bool:
         """Whether no more is to be looked for."""
-        return bool(self.found.rigid) or self.found.is_enough
+        found = self.found
+        return bool(found.rigid) or (found.is_enough and not wants_more(found))
 
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the same with what more effects explain, where that is to be looked for."""
@@ -143,7 +144,7 @@ class Begun:
         found, campaign, forms = with_more(
             self.found, first.campaign, first.forms, first.singles, say
         )
-        return with_all(found, campaign, forms, self.behind, say)
+        return with_all(found, campaign, forms, self.every, say)
 
 
 def _begun(
@@ -184,9 +185,10 @@ def _begun(
         condition=Condition(explained=explained),
     )
     begun: list[Begun] = []
-    for outcome in _outcomes(campaign, linear, starts, one_more, say):
+    near = in_likely_joints(starts, known)
+    for outcome in _outcomes(campaign, linear, near, one_more, say):
         one = told(original, linear_model, outcome, one_more.failed, starts)
-        begun.append(Begun(one, outcome, tuple(one_more.left_behind())))
+        begun.append(Begun(one, outcome, lambda: one_more.every(near)))
         if begun[-1].is_enough:
             break
     last = begun[-1]

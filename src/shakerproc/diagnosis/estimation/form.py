@@ -14,7 +14,12 @@ from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.estimation.windows import whole_stretches, whole_tests, windows_of
+from shakerproc.diagnosis.estimation.windows import (
+    whole_from_starts,
+    whole_stretches,
+    whole_tests,
+    windows_of,
+)
 
 HORIZONS: Final = (5.0, HORIZON, 50.0)
 """Horizons in periods of the joint's motion (see `DataSet.unit_s`), beside the whole test."""
@@ -38,12 +43,15 @@ class Form:
         Length of the windows [s]; None where whole tests are predicted.
     fitted, scored_fitted, held_out : Windows
         What is fitted to, the same as it is scored, and what was held out.
+    beyond : Form, optional
+        The next longer one, which noise lets predict, where the best that was tried did not.
     """
 
     horizon: float | None
     fitted: Windows
     scored_fitted: Windows
     held_out: Windows
+    beyond: "Form | None" = None
 
     def knowing(self, data: DataSet, found: Fit) -> "Form":
         """Return the form with what noise of the input becomes in the motion of a fit."""
@@ -128,29 +136,34 @@ def forms_of(data: DataSet) -> list[Form]:
     """Return windows of every horizon, and whole tests or parts of them.
 
     Whole tests where they begin at rest; else what is fitted to, and what was held out, each
-    stretch with a start of its own.
+    stretch with a start of its own, and at last whole tests, each with one start.
     """
     rate = data.tests[0].sample_rate
     found = []
     for periods in HORIZONS:
         length_s = (periods + RUN_IN) * data.unit_s
         length, run_in = TAPS + int(length_s * rate), _run_in(data, length_s)
-        parts = [
+        fitted, scored, held_out = (
             windows_of(data, length, held_out=kept, most=most, run_in=own)
             for kept, most, own in ((False, 40, 0), (False, 40, run_in), (True, 80, run_in))
-        ]
-        found.append(Form(length / rate, *parts))
+        )
+        found.append(Form(length / rate, fitted, scored, held_out))
     if all(test.at_rest for test in data.tests):
         whole = whole_tests(data, held_out=False)
         return [*found, Form(None, whole, whole, whole_tests(data, held_out=True))]
-    longest_s = found[-1].horizon or 0.0
-    run_in = _run_in(data, longest_s)
-    parts = [
-        whole_stretches(data, held_out=kept, run_in=own)
-        for kept, own in ((False, 0), (False, run_in), (True, run_in))
-    ]
-    shortest_s = min((int(p.table[:, 2].min()) for p in parts if len(p)), default=0) / rate
-    return [*found, Form(shortest_s, *parts)] if shortest_s > longest_s else found
+    for parts_of in (whole_stretches, whole_from_starts):
+        longest_s = found[-1].horizon or 0.0
+        run_in = _run_in(data, longest_s)
+        fitted, scored, held_out = (
+            parts_of(data, held_out=kept, run_in=own)
+            for kept, own in ((False, 0), (False, run_in), (True, run_in))
+        )
+        parts = (fitted, scored, held_out)
+        sizes = [int(part.table[:, 2].min()) for part in parts if len(part)]
+        shortest_s = min(sizes, default=0) / rate
+        if shortest_s > longest_s:
+            found.append(Form(shortest_s, fitted, scored, held_out))
+    return found
 
 
 def _run_in(data: DataSet, length_s: float) -> int:

@@ -72,17 +72,7 @@ class OneMore:
         (see `Fit`) is below that of the condition. What was fitted before is not fitted again.
         """
         groups = grouped([start for start in starts if start.kept])
-        order = sorted(groups, key=lambda group: self._size(group[0], group[1]))
-        first = self._first_fits
-        for group in order:
-            if group in first:
-                continue
-            self.say(f"{group[0]} between {' and '.join(group[1])}")
-            best = self._first(group, groups[group], first)
-            if best is None:
-                self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
-            else:
-                first[group] = best
+        first = self._fitted_first(groups)
         self.say("longer windows")
         first = self._first_fits = self._as_recorded(first)
         self.least = min((one.level for one in first.values()), default=np.inf)
@@ -115,13 +105,28 @@ class OneMore:
             }
         return sorted(standing.values(), key=lambda one: one.level)
 
-    def left_behind(self) -> list[Fit]:
-        """Return the best fit of each effect and joint, in the longest windows it came to."""
+    def _fitted_first(self, groups: Mapping[Group, Sequence[Start]]) -> dict[Group, Fit]:
+        """Return the fits to the shortest windows, the simple ones first."""
+        first = self._first_fits
+        for group in sorted(groups, key=lambda group: self._size(group[0], group[1])):
+            if group in first:
+                continue
+            self.say(f"{group[0]} between {' and '.join(group[1])}")
+            best = self._first(group, groups[group], first)
+            if best is None:
+                self.failed[" ".join((group[0], *group[2]))] = "its motion runs away"
+            else:
+                first[group] = best
+        return first
+
+    def every(self, starts: Sequence[Start]) -> list[Fit]:
+        """Return the best fit of each effect not far behind, in its longest windows."""
+        fits = self._fitted_first(grouped(starts))
         best: dict[tuple[str, Joint], tuple[float, Fit]] = {}
-        for group, first in self._first_fits.items():
+        for group in self._near(sorted(fits, key=lambda group: fits[group].level)):
             grown = [self._grown.get((group, windows)) for windows in self.stages.windows]
-            longest = [one for one in (first, *grown) if one is not None][-1]
-            own = first.level, longest
+            longest = [one for one in (fits[group], *grown) if one is not None][-1]
+            own = fits[group].level, longest
             best[group[:2]] = min(best.get(group[:2], own), own, key=lambda one: one[0])
         return [one for _, one in best.values()]
 
@@ -210,11 +215,16 @@ class OneMore:
         screened = sorted(
             first.keys() - outdone, key=lambda group: min(s.left for s in groups[group])
         )
-        scores = {group: as_fitted(self.data, first[group]) for group in order[:KEPT]}
-        near = [group for group in scores if _is_near(scores[group], scores[order[0]])]
+        near = self._near(order[:KEPT])
         asked = [group for group in order if group[0] == self.condition.wanted]
         chosen = dict.fromkeys([*asked, *order[:LEAST_KEPT], *screened[:1], *near])
         return {group: min(groups[group], key=lambda s: s.left) for group in chosen}
+
+    def _near(self, order: Sequence[Group]) -> list[Group]:
+        """Return those that are not far behind the first of them in the shortest windows."""
+        scores = self._scores([self._first_fits[group] for group in order])
+        near = {score.fit for score in scores if gain(scores[0], score).t < FAR}
+        return [group for group in order if self._first_fits[group] in near]
 
     def _size(self, kind: str, joint: Joint) -> int:
         return len(self.known[joint][kind].free)
@@ -289,7 +299,3 @@ def _follow(fits: Mapping[Group, Fit]) -> bool:
     """Return whether the one that leaves least follows the motion in most windows."""
     best = min(fits.values(), key=lambda one: one.level, default=None)
     return best is not None and best.follows_most
-
-
-def _is_near(score: Score | None, best: Score | None) -> bool:
-    return score is not None and best is not None and gain(best, score).t < FAR

@@ -102,6 +102,27 @@ def whole_stretches(data: DataSet, *, held_out: bool, run_in: int = 0) -> Window
     return _with_starts(found, run_in)
 
 
+def whole_from_starts(data: DataSet, *, held_out: bool, run_in: int = 0) -> Windows:
+    """Return every test with a start of its own, counted where it is judged.
+
+    What is held out in blocks is predicted across what is fitted to, from one start.
+
+    Parameters
+    ----------
+    data, held_out, run_in
+        As for `windows_of`.
+    """
+    found, counted = [], []
+    for i, (test, kept) in enumerate(zip(data.tests, data.kept, strict=True)):
+        mask = (kept == held_out)[test.start : test.stop]
+        mask[:run_in] = False
+        if mask.any():
+            last = int(np.flatnonzero(mask)[-1]) + 1
+            found.append((i, test.start, last))
+            counted.append(mask[:last])
+    return replace(_with_starts(found, run_in), counted=tuple(counted))
+
+
 def _with_starts(rows: Sequence[tuple[int, int, int]], run_in: int) -> Windows:
     """Return windows that begin with a start of their own, told by the run-in of each."""
     table = np.array(rows, np.int64).reshape(-1, 3)

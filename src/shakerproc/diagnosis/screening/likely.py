@@ -50,10 +50,7 @@ def likely(starts: Sequence[Start], known: Known) -> tuple[Start, ...]:
     known : mapping of joint to mapping of str to Identification
         What each effect says of each joint.
     """
-    left: dict[tuple[str, Joint], float] = {}
-    for start in starts:
-        name = start.kind, start.between
-        left[name] = min(start.left, left.get(name, np.inf))
+    left = _least_left(starts)
     if not left:
         return ()
     least, first = min(left.values()), starts[0]
@@ -62,6 +59,36 @@ def likely(starts: Sequence[Start], known: Known) -> tuple[Start, ...]:
     near = {name for name, own in left.items() if own <= bound}
     near |= {(start.kind, start.between) for start in starts if not start.told}
     return with_limits(starts, near, known)
+
+
+def in_likely_joints(starts: Sequence[Start], known: Known) -> tuple[Start, ...]:
+    """Return the starts of as many effects as one joint may have, those that leave least.
+
+    In a structure of many joints most laws in most joints explain nothing of what is missing.
+    Besides, those that contain one another with them, and in the likeliest joint those of which
+    a regression tells nothing.
+
+    Parameters
+    ----------
+    starts, known
+        As for `likely`.
+    """
+    left = _least_left(starts)
+    order = sorted(left, key=lambda name: left[name])
+    most = max((len(own) for own in known.values()), default=0)
+    near = set(order[:most])
+    untold = {(start.kind, start.between) for start in starts if not start.told}
+    near |= {name for name in untold if name[1] in {between for _, between in order[:1]}}
+    return with_limits(starts, near, known)
+
+
+def _least_left(starts: Sequence[Start]) -> dict[tuple[str, Joint], float]:
+    """Return the mean square that is left by the best start of each effect and joint [-]."""
+    left: dict[tuple[str, Joint], float] = {}
+    for start in starts:
+        name = start.kind, start.between
+        left[name] = min(start.left, left.get(name, np.inf))
+    return left
 
 
 def with_limits(

@@ -50,12 +50,18 @@ def standing_of(found: Found) -> list[Score]:
             for s in better
             if _lowers(found, s) and _holds_on(found, s, [bare(found), *_with_fewer(found, s)])
         ]
+    named = [s for s in named if found.tells(s)]
     return simplest_alike(named) if named else []
 
 
 def leaves_more(found: Found, score: Score) -> bool:
     """Return whether more is left than is known to be noise, by what sensors can tell."""
     return found.left_by(score) > NEGLIGIBLE and not found.is_explained_by(score)
+
+
+def wants_more(found: Found) -> bool:
+    """Return whether no effect stands, and the model without any leaves more than noise."""
+    return not standing_of(found) and leaves_more(found, bare(found))
 
 
 def needs_none(found: Found) -> bool:

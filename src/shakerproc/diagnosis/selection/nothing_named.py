@@ -10,7 +10,6 @@ from shakerproc.diagnosis.estimation.intervals import numbers_off
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.result import Errors, Finding
 from shakerproc.diagnosis.selection.choice import bare, leaves_more
-from shakerproc.diagnosis.selection.each_test import OneTest
 from shakerproc.diagnosis.selection.proposing import Unexercised
 from shakerproc.diagnosis.selection.scores import Score
 
@@ -22,11 +21,11 @@ def nothing_named(
     unclosed: Unexercised | None,
     far: Mapping[str, tuple[float, Estimate]],
     *,
-    apart: Sequence[OneTest],
+    apart: Sequence[str],
 ) -> tuple[str, str]:
     """Return the verdict where nothing was found: a clearance may never have been closed.
 
-    `apart` are tests of which it does not hold.
+    `apart` are sentences on where it does not hold.
     """
     which = "the fitted model" if chosen is found.linear else "the model as it is in its file"
     unnamed = wording.unnamed_sentence(errors.among, which, _least(found))
@@ -43,7 +42,7 @@ def nothing_named(
     if not known:
         return "cannot tell", unnamed
     if apart:
-        sentence = f"{unnamed} {number_wording.unexplained_sentence(apart[0])}"
+        sentence = f"{unnamed} {apart[0]}"
         return "cannot tell", sentence
     complete = found.is_explained_by(chosen)
     said = [wording.nothing_sentence(errors, which, complete=complete)]

@@ -16,6 +16,7 @@ from shakerproc.diagnosis.estimation.intervals import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
@@ -28,7 +29,6 @@ from shakerproc.diagnosis.selection.choice import (
     standing_of,
 )
 from shakerproc.diagnosis.selection.each_test import (
-    OneTest,
     Simulated,
     shown_by_one,
     unexplained_tests,
@@ -72,7 +72,7 @@ def judged(
     chosen = standing[0] if standing else bare(found)
     fit, data = chosen.fit, found.data
     (before, after), own = errors_among(found, chosen)
-    apart = unexplained_tests(found, chosen, after)
+    apart = _doubts(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
@@ -126,6 +126,15 @@ def judged(
     )
 
 
+def _doubts(found: Found, chosen: Score, after: Simulated) -> list[str]:
+    """Return the sentences on a test, and on times ahead, of which more than noise is left."""
+    apart = unexplained_tests(found, chosen, after)
+    told = [number_wording.unexplained_sentence(one) for one in apart[:1]]
+    if not leaves_more(found, chosen) and falls_short(found, chosen):
+        told.append(number_wording.short_sentence(found.form.horizon))
+    return told
+
+
 def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], bool]:
     """Return faults of the sensors, those in doubt, and whether they explain most."""
     seen = faults_of(found, chosen.fit)
@@ -136,7 +145,7 @@ def _faults(found: Found, chosen: Score) -> tuple[list[Finding], list[Finding], 
 
 def _with_rest(
     said: str, found: Found, chosen: Score, errors: Errors, left: Where,
-    *, after: Simulated, apart: Sequence[OneTest],
+    *, after: Simulated, apart: Sequence[str],
 ) -> str:  # fmt: skip
     """Return the sentence on effects that were found with what is said beside them.
 
@@ -150,8 +159,8 @@ def _with_rest(
         beside += wording.noise_sentences(errors)
     else:
         beside.append(wording.more_sentence(errors, left, found.data.model.motion))
-    if apart and not leaves_more(found, chosen):
-        beside.append(number_wording.unexplained_sentence(apart[0]))
+    if not leaves_more(found, chosen):
+        beside += apart
     return " ".join([said, *beside])
 
 
