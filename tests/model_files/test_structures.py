@@ -1,6 +1,8 @@
 # ruff: noqa: E501 - one mistake a row
 """Structures in model files and in files of their own: what is read, written and refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -8,6 +10,7 @@ from numpy.testing import assert_allclose
 from shakerproc.errors import DocumentError, ModelError
 from shakerproc.model_files import add_element, read_model, write_model
 from shakerproc.models import EFFECTS, Element
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.validation import check_sampled
 
 BODY = """\
@@ -104,6 +107,22 @@ def test_an_effect_is_added_in_another_folder_and_the_structure_is_still_found(t
     assert model.structures == read_model(path).structures
 
 
+def test_a_residual_flexibility_is_that_at_rest_and_survives_being_written(tmp_path):
+    """Static flexibility of a held point: the sum over modes of phi^2 / omega^2, and R."""
+    body = FIXED.replace("points:", "residual: {right: 3e-6 m/N}\npoints:")
+    plain, model = (read_model(written(tmp_path, body=one)) for one in (FIXED, body))
+    yields = []
+    for one in (plain, model):
+        bare = replace(one, elements=one.elements[:0], sensors={})
+        linear = coordinates_of(bare)
+        right = linear.at("right")
+        yields.append(right @ np.linalg.solve(linear.stiffness, right))
+    assert_allclose(yields, 1.0 / (2.0 * np.pi * 30.0) ** 2 + np.array([0.0, 3e-6]), rtol=1e-12)
+    other = tmp_path / "alone" / "model.yaml"
+    write_model(model, other)
+    assert read_model(other) == model
+
+
 REFUSED = [
     ("model", "beam: beam.yaml", "beam: bean.yaml", r'model\.yaml:4:9: .*no file "bean.yaml" beside'),
     ("model", "beam: beam.yaml", "beam: beam.op2", r"model\.yaml:4:9: .*no reader for .*\.yaml"),
@@ -120,6 +139,8 @@ REFUSED = [
     ("beam", "title: free beam", "mass: 5 kg", r"beam\.yaml:2:7: mass: the modes move 4 kg .*normalised"),
     ("beam", "title: free beam", "mass_unit: N", r"beam\.yaml:2:12: mass_unit: expected"),
     ("beam", "title: free beam", "direction: z", r"beam\.yaml:2:12: direction: no point ends in /z"),
+    ("beam", "title: free beam", "residual: {midle: 1e-9 m/N}", r'beam\.yaml:2:12: residual\.midle: no point "midle"'),
+    ("beam", "title: free beam", "residual: {middle: 1e-9}", r"beam\.yaml:2:\d+: residual\.middle: expected a number with a unit of m/N"),
     ("beam", "0 Hz", "12 Hz", r"model\.yaml:4:9: structures\.beam: no sum of the rigid-body modes"),
     ("beam", "0 Hz", "-1 Hz", r"beam\.yaml:5:\d+: modes\.1\.frequency: expected at least 0"),
     ("beam", "120 Hz", "120", r"beam\.yaml:7:\d+: modes\.3\.frequency: expected a number with a unit of Hz"),

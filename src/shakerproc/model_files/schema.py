@@ -68,6 +68,9 @@ class StructureSchema(Section):
     modes_from: str | None = None
     nodes: dict[str, str] = Field(default_factory=dict)
     damping_ratio: Annotated[float | None, Field(ge=0.0)] = None
+    residual: dict[str, Annotated[float, in_unit("m/N", positive=True)]] = Field(
+        default_factory=dict
+    )
     mass: Annotated[float | None, in_unit("kg", positive=True)] = None
     mass_unit: str = "kg"
 

@@ -130,7 +130,15 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
             f"no point ends in /{said.direction}; it is the direction in which the base "
             f"moves, such as z of foot 1/z",
         )
-    structure = Structure(points, modes, said.direction)
+    for point in said.residual:
+        if point not in points:
+            raise document.error(
+                (*where, "residual", point), f"no point {quoted(point)}", at_key=True
+            )
+    try:
+        structure = Structure(points, modes, said.direction, said.residual)
+    except ValueError as error:
+        raise document.error((*where, "residual"), str(error)) from error
     if said.mass is not None:
         try:
             structure.check_mass(said.mass)

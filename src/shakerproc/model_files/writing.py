@@ -120,6 +120,9 @@ def structure_lines(structure: Structure) -> list[str]:
     lines = [f"points: [{', '.join(text_of(point) for point in structure.points)}]"]
     if structure.direction is not None:
         lines.append(f"direction: {text_of(structure.direction)}")
+    if structure.residual:
+        each = (f"{text_of(p)}: {_digits(r)} m/N" for p, r in structure.residual.items())
+        lines.append(f"residual: {{{', '.join(each)}}}")
     return [*lines, "modes:", *(f"  - {_structure_mode_text(one)}" for one in structure.modes)]
 
 

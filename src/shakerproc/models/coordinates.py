@@ -73,7 +73,7 @@ def coordinates_of(model: "Model", elements: "Iterable[Element] | None" = None) 
     modal = [
         (f"{name}, mode {i + 1}", one, i)
         for name, one in model.structures.items()
-        for i in range(len(one.modes))
+        for i in range(len(one.carried))
     ]
     names = [
         *rigid,
@@ -95,10 +95,10 @@ def coordinates_of(model: "Model", elements: "Iterable[Element] | None" = None) 
         for matrix, value in zip(matrices, values, strict=True):
             matrix[:] += value * np.outer(direction, direction)
     for i, (_, one, k) in enumerate(modal, shaped.start):
-        omega = 2.0 * np.pi * one.modes[k].frequency
+        omega = 2.0 * np.pi * one.carried[k].frequency
         matrices[:, i, i] += (
             omega**2 * mass[i],
-            2.0 * one.modes[k].damping_ratio * omega * mass[i],
+            2.0 * one.carried[k].damping_ratio * omega * mass[i],
         )
     load = np.zeros(len(names))
     if model.excitation.moves_base:
@@ -116,7 +116,7 @@ def _size_of_coordinate(structure: "Structure", mode: int) -> float:
     So many times the largest displacement of a point as there are modes: a length, as the
     coordinates of masses are, and no point moves further than the largest of them.
     """
-    return float(np.max(np.abs(structure.shapes[:, mode])) * len(structure.modes))
+    return float(np.max(np.abs(structure.shapes[:, mode])) * len(structure.carried))
 
 
 def _places(
@@ -129,7 +129,7 @@ def _places(
     }
     first, used = shaped.start, 0
     for one in model.structures.values():
-        count = len(one.modes)
+        count = len(one.carried)
         rows = np.zeros((len(one.points), len(names)))
         rows[:, first + used : first + used + count] = one.shapes / sizes[used : used + count]
         places |= dict(zip(one.points, rows, strict=True))

@@ -258,7 +258,7 @@ class Model:
     @property
     def n_coordinates(self) -> int:
         """Number of masses and of modes of structures."""
-        return len(self.masses) + sum(len(one.modes) for one in self.structures.values())
+        return len(self.masses) + sum(len(one.carried) for one in self.structures.values())
 
     @property
     def points(self) -> tuple[str, ...]:

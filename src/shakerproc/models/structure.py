@@ -1,6 +1,8 @@
 """An elastic body of a model, by its modes."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
@@ -11,6 +13,10 @@ from shakerproc.data import FloatArray
 MASS_TOLERANCE: Final = 0.01
 """Departure of the mass that modes move from that of the structure: shapes come with four
 digits or more, and units are wrong by a thousand [-]."""
+
+ABOVE: Final = 5.0
+"""Frequency of the mode that stands for those that are left out, over the highest that is not:
+there its flexibility is off by 1 / 25 [-]."""
 
 _MOVED: Final = 1e-3
 """Departure of the base motion from what rigid-body modes span at the points: shapes come with
@@ -73,6 +79,8 @@ class Structure:
     direction : str, optional
         Direction in which the base moves, ``x`` of ``foot 1/x``; without it all points are seen
         in that direction.
+    residual : mapping of str to float
+        Flexibility at points of the modes that are left out [m/N].
 
     Raises
     ------
@@ -84,9 +92,11 @@ class Structure:
     points: tuple[str, ...]
     modes: tuple[StructureMode, ...]
     direction: str | None = None
+    residual: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", tuple(self.points))
+        object.__setattr__(self, "residual", MappingProxyType(dict(self.residual)))
         object.__setattr__(self, "modes", tuple(self.modes))
         if not self.points:
             raise ValueError("a structure needs points, such as points: [foot 1, tip]")
@@ -100,11 +110,47 @@ class Structure:
                 )
             if not any(mode.shape):
                 raise ValueError(f"mode {i} moves none of the points; leave it out")
+        for point, flexibility in self.residual.items():
+            checks.positive(f"residual of {point}", flexibility, "m/N")
+            if point not in self.points:
+                raise ValueError(f"residual: no point {point!r}")
+        if self.residual and not any(mode.frequency for mode in self.modes):
+            raise ValueError("a residual flexibility needs an elastic mode below it")
+
+    def __reduce__(self) -> tuple[type["Structure"], tuple[object, ...]]:
+        """Let a structure travel to another process (a mapping proxy cannot)."""
+        return Structure, (self.points, self.modes, self.direction, dict(self.residual))
+
+    @property
+    def carried(self) -> tuple[StructureMode, ...]:
+        r"""The modes, and one for each residual flexibility, far above them.
+
+        .. math:: \phi_p = \omega \sqrt{R_p}, \qquad
+            \phi_p^2 / \omega^2 = R_p \quad\text{at rest}
+        """
+        if not self.residual:
+            return self.modes
+        highest = max(self.modes, key=lambda mode: mode.frequency)
+        frequency = ABOVE * highest.frequency
+        return self.modes + tuple(
+            StructureMode(
+                frequency,
+                highest.damping_ratio,
+                tuple(
+                    2.0 * np.pi * frequency * np.sqrt(self.residual[point])
+                    if other == point
+                    else 0.0
+                    for other in self.points
+                ),
+                0.0 if self.of_fixed_base else None,
+            )
+            for point in self.residual
+        )
 
     @property
     def shapes(self) -> FloatArray:
-        """Mass-normalised shapes, (n_points, n_modes) array [1/sqrt(kg)]."""
-        return np.array([mode.shape for mode in self.modes], float).T
+        """Mass-normalised shapes of what is carried, (n_points, n) array [1/sqrt(kg)]."""
+        return np.array([mode.shape for mode in self.carried], float).T
 
     @property
     def of_fixed_base(self) -> bool:
@@ -143,7 +189,7 @@ class Structure:
 
     @property
     def participations(self) -> FloatArray:
-        r"""Participation of each mode in a base acceleration, (n_modes,) array [sqrt(kg)].
+        r"""Participation of what is carried in a base acceleration, (n,) array [sqrt(kg)].
 
         As stated; else, of rigid-body modes, that in which all points move as the base does.
 
@@ -154,10 +200,10 @@ class Structure:
         ValueError
             If no participation is stated, and the rigid-body modes do not move as the base.
         """
-        stated = [mode.participation for mode in self.modes]
+        stated = [mode.participation for mode in self.carried]
         if any(value is not None for value in stated):
             return np.array([value or 0.0 for value in stated])
-        rigid = np.array([mode.rigid for mode in self.modes])
+        rigid = np.array([mode.rigid for mode in self.carried])
         found = np.zeros(rigid.size)
         if not rigid.any():
             raise ValueError(
