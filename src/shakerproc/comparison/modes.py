@@ -11,6 +11,7 @@ from shakerproc.comparison.measured import Measured
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ShakerprocError
 from shakerproc.modal import ModeSet, mac
+from shakerproc.modal.analysis import TestModes
 from shakerproc.modal.from_log import analyse_test
 from shakerproc.modal.tracking import LEAST_MAC, MOST_SHIFT, TELLING
 from shakerproc.models import BASE, Model
@@ -130,7 +131,7 @@ def natural_modes(model: Model, places: Sequence[str]) -> NaturalModes:
 
 
 def compared_modes(model: Model, log: TestLog, tests: Sequence[Measured]) -> ComparedModes:
-    """Return the modes of the test of the smallest drive beside those of a model.
+    """Return the modes of the test of the smallest drive that tells any beside a model's.
 
     Parameters
     ----------
@@ -150,8 +151,7 @@ def compared_modes(model: Model, log: TestLog, tests: Sequence[Measured]) -> Com
     banded = [test for test in tests if test.test.band is not None]
     if not banded:
         raise ShakerprocError("no test has a band (from, to) in which to look for modes")
-    chosen = min(banded, key=lambda one: float(np.std(one.input)))
-    found = analyse_test(log, chosen.test, log.modal)
+    chosen, found = _gentlest(log, sorted(banded, key=lambda one: float(np.std(one.input))))
     names = [
         name
         for name in found.sensor_names
@@ -167,6 +167,23 @@ def compared_modes(model: Model, log: TestLog, tests: Sequence[Measured]) -> Com
     macs = mac(found.modes.shapes[:, rows], kept.shapes)
     pairs = paired(found.modes, kept, macs, len(names), (low, high))
     return ComparedModes(chosen.name, tuple(names), pairs, macs)
+
+
+def _gentlest(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, TestModes]:
+    """Return the first of some tests that can be analysed, and its modes.
+
+    Raises
+    ------
+    ShakerprocError
+        If none can; why the first cannot.
+    """
+    failed: list[ShakerprocError] = []
+    for one in tests:
+        try:
+            return one, analyse_test(log, one.test, log.modal)
+        except ShakerprocError as error:
+            failed.append(error)
+    raise failed[0]
 
 
 def paired(
