@@ -209,8 +209,10 @@ def paired(
     """
     shift = np.abs(np.log(measured.frequency[:, np.newaxis] / model.frequency))
     told = n_sensors >= TELLING
-    cost = shift + (1.0 - macs if told else 0.0)
-    never = (shift > np.log(FARTHEST)) | (macs < LEAST_MAC) if told else shift > MOST_SHIFT
+    cost = shift + float(told) * (1.0 - macs)
+    never = shift > (np.log(FARTHEST) if told else MOST_SHIFT)
+    if told:
+        never |= macs < LEAST_MAC
     rows, columns = scipy.optimize.linear_sum_assignment(np.where(never, 1e6, cost))
     partners = {int(i): int(j) for i, j in zip(rows, columns, strict=True) if not never[i, j]}
     pairs = []
