@@ -24,7 +24,7 @@ def mean_force(model: Model, measured: Measured) -> float:
     `measured` is without the means of its channels.
     """
     moved = _displacements(model, measured)
-    if not moved or model.structures or model.excitation.role != "force" or _is_held(model):
+    if not moved or model.structures or model.excitation.role != "force" or is_held(model):
         return 0.0
     rate = measured.sample_rate
     velocities = {mass: np.gradient(row) * rate for mass, row in moved.items()}
@@ -43,9 +43,9 @@ def mean_force(model: Model, measured: Measured) -> float:
     return found
 
 
-def _is_held(model: Model) -> bool:
+def is_held(model: Model) -> bool:
     """Return whether springs hold every mass."""
-    n = len(model.masses)
+    n = model.n_coordinates
     return bool(np.linalg.matrix_rank(assemble(model).machine.matrix[:n, :n]) == n)
 
 

@@ -212,7 +212,7 @@ def _checked(kind: str, model: Model, between: Sequence[str] | None) -> tuple[st
 
 def _added(model: Model, fitted: Fitted) -> Added:
     """Return the result of a fit."""
-    fit, without = fitted.with_effect.fit, fitted.without.fit
+    fit, without = fitted.fit, fitted.without.fit
     numbers = estimates(fit, -1) if fit.hypothesis.added else {}
     linear = linear_estimates(fit)
     errors, worse = _errors(fitted)
@@ -239,7 +239,7 @@ def worse_whole(fitted: Fitted) -> list[str]:
     if horizon is None or data.model.excitation.role is None:
         return []
     whole = whole_tests(data, held_out=True)
-    was, now = (error_of(data, one, whole) for one in (fitted.before, fitted.with_effect.fit))
+    was, now = (error_of(data, one, whole) for one in (fitted.before, fitted.fit))
     return [whole_note(was, now, horizon)] if now > was else []
 
 

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.comparison.free_bodies import is_held
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import (
@@ -22,6 +23,7 @@ from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.selection.errors import (
     PARTED,
@@ -131,7 +133,7 @@ def compared(
         best = best_of(scores).fit
         left = error_of(campaign.data, best, forms[i].held_out)
         if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
-            forms[chosen] = replace(forms[chosen], beyond=forms[i])
+            forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
             break
         least = min(least, left)
         chosen = i
@@ -205,15 +207,32 @@ def _rounds(campaign: Campaign, best: Fit, one: Fit) -> int:
 
 def falls_short(found: Found, score: Score) -> bool:
     """Return whether a hypothesis fails at a longer horizon at which noise lets predict."""
-    beyond = found.form.beyond
-    if beyond is None:
-        return False
-    there = carried(found.data, score.fit, [beyond])
-    if there is None:
-        return True
-    left = error_of(found.data, there, beyond.held_out)
-    floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
-    return left > LONGER * found.left_by(score) and not is_within(left, floor)
+    for beyond in found.form.beyond[:1]:
+        there = carried(found.data, score.fit, [beyond])
+        if there is None:
+            return True
+        left = error_of(found.data, there, beyond.held_out)
+        floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
+        return left > LONGER * found.left_by(score) and not is_within(left, floor)
+    return False
+
+
+def ahead(data: DataSet, found: Fit, form: Form) -> Fit:
+    """Return a fit with the numbers that predict whole tests best.
+
+    Numbers of a law that is not all that is missing depend on how far it has to predict: those
+    of a form are best as far as it reaches, and may lead astray in whole tests. Where a free
+    body drifts with the constant of a force, whole tests do not tell.
+    """
+    if not form.beyond or not is_held(data.model):
+        return found
+    fits = [found]
+    for beyond in form.beyond:
+        there = carried(data, fits[-1], [beyond])
+        fits += [] if there is None else [there]
+    driven = data.model.excitation.role is not None
+    whole = whole_tests(data, held_out=True) if driven else form.beyond[-1].held_out
+    return min(fits, key=lambda one: error_of(data.plain, one, whole))
 
 
 def bare_and_effects(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[Score]]:

@@ -3,13 +3,19 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.hypotheses.joints import Joint
+from shakerproc.diagnosis.nudged.ladder import ladder_of
+from shakerproc.diagnosis.nudged.race import at_first, race
 from shakerproc.diagnosis.selection.choice import wants_more
-from shakerproc.diagnosis.selection.scores import ranked
+from shakerproc.diagnosis.selection.scores import Score, ranked
 
 
 def with_all(
@@ -28,12 +34,32 @@ def with_all(
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
     scores = list(found.effects)
-    for one in rest:
+    for one in [*rest, *_raced(campaign, say)]:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
+    scores = _best_of_each(scores)
     known = {name for score in scores for name in score.fit.hypothesis.names}
     return replace(
         found,
         effects=tuple(ranked(scores)),
         ruled_out=tuple(s for s in found.ruled_out if (s.kind, s.between) not in known),
     )
+
+
+def _best_of_each(scores: Sequence[Score]) -> list[Score]:
+    """Return the best score of each hypothesis."""
+    best: dict[frozenset[tuple[str, Joint]], Score] = {}
+    for score in ranked(scores):
+        best.setdefault(score.fit.hypothesis.names, score)
+    return list(best.values())
+
+
+def _raced(campaign: Campaign, say: Callable[[str], None]) -> list[Fit]:
+    """Return the effects that keep up while models are held to the measured motion ever looser.
+
+    Where windows lead astray, a model that is held finds its numbers.
+    """
+    data = campaign.data
+    none, ladder = hypothesis_of(data.model), ladder_of(data)
+    base = at_first(data, none, np.zeros(none.size), ladder)
+    return [] if base is None else list(race(base, campaign.known, ladder, say).fits)

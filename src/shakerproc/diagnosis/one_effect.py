@@ -21,7 +21,7 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import is_within
-from shakerproc.diagnosis.horizon import along, compared
+from shakerproc.diagnosis.horizon import ahead, along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import as_table
@@ -62,8 +62,13 @@ class Fitted:
     @property
     def element(self) -> Element:
         """The effect with its fitted numbers, in its joint."""
-        fit = self.with_effect.fit
+        fit = self.fit
         return fit.hypothesis.model_at(fit.x).elements[-1]
+
+    @cached_property
+    def fit(self) -> Fit:
+        """The fit whose numbers are told."""
+        return ahead(self.data, self.with_effect.fit, self.form)
 
     @cached_property
     def left(self) -> float:

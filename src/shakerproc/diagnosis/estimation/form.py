@@ -43,15 +43,16 @@ class Form:
         Length of the windows [s]; None where whole tests are predicted.
     fitted, scored_fitted, held_out : Windows
         What is fitted to, the same as it is scored, and what was held out.
-    beyond : Form, optional
-        The next longer one, which noise lets predict, where the best that was tried did not.
+    beyond : tuple of Form
+        Longer ones, the first of which noise lets predict, though the best that was tried did
+        not.
     """
 
     horizon: float | None
     fitted: Windows
     scored_fitted: Windows
     held_out: Windows
-    beyond: "Form | None" = None
+    beyond: "tuple[Form, ...]" = ()
 
     def knowing(self, data: DataSet, found: Fit) -> "Form":
         """Return the form with what noise of the input becomes in the motion of a fit."""

@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import ahead
 from shakerproc.diagnosis.result import Errors, Finding, Pair
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
 from shakerproc.diagnosis.selection.errors import error_of_scored
@@ -46,6 +47,6 @@ def errors_told(
     if comparisons is None:
         return own
     known = found.before.hypothesis.model
-    fit = found.linear.fit
+    fit = ahead(found.data, found.linear.fit, found.form)
     bare = replace(fit.hypothesis.model_at(fit.x), modes=known.modes) if effects else known
     return comparisons.errors(known, model_with(known, effects, linear), bare, own)

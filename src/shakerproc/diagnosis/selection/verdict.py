@@ -16,7 +16,7 @@ from shakerproc.diagnosis.estimation.intervals import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import falls_short
+from shakerproc.diagnosis.horizon import ahead, falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
@@ -70,7 +70,7 @@ def judged(
     """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
-    fit, data = chosen.fit, found.data
+    data, fit = found.data, ahead(found.data, chosen.fit, found.form)
     (before, after), own = errors_among(found, chosen)
     apart = _doubts(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
