@@ -6,6 +6,7 @@ import numpy as np
 
 from shakerproc.comparison.comparison import Comparison, TestComparison
 from shakerproc.comparison.joints import JointMotion, NotTold, by_range
+from shakerproc.comparison.modes import ComparedModes
 from shakerproc.comparison.refit import Refit
 from shakerproc.comparison.verdict import sentence
 from shakerproc.data import FloatArray
@@ -52,6 +53,35 @@ def document_of(comparison: Comparison) -> dict[str, Any]:
             [float(a), float(b)] for a, b in zip(bands.edges, bands.edges[1:], strict=False)
         ],
         "tests": [_test(comparison, i) for i in range(len(comparison.tests))],
+    }
+
+
+MODE_COLUMNS: Final = (
+    "measured_hz", "model_hz", "difference_percent", "damping_measured", "damping_model", "mac",
+)  # fmt: skip
+"""Columns of the table of modes."""
+
+
+def mode_rows(modes: ComparedModes) -> list[tuple[float | None, ...]]:
+    """Return the table of modes, one row for each pair or mode without partner."""
+    return [
+        (
+            pair.measured_hz, pair.model_hz,
+            None if pair.difference is None else 100.0 * pair.difference,
+            pair.measured_damping, pair.model_damping, pair.mac,
+        )
+        for pair in modes.pairs
+    ]  # fmt: skip
+
+
+def modes_document(modes: ComparedModes) -> dict[str, Any]:
+    """Return modes of test and model as the document has them."""
+    return {
+        "test": modes.test,
+        "sensors": list(modes.sensors),
+        "sentence": modes.sentence,
+        "pairs": [dict(zip(MODE_COLUMNS, row, strict=True)) for row in mode_rows(modes)],
+        "mac": modes.macs.tolist(),
     }
 
 

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models import BASE, Model
+from shakerproc.models import Model
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.numerals import numeral
 
@@ -50,7 +50,7 @@ def joints_of(model: Model, sensed: Collection[str]) -> tuple[Joint, ...]:
     model : Model
         Its masses, joints and modes; no stiffness and no damping plays a part.
     sensed : collection of str
-        Masses whose acceleration is measured.
+        Places whose acceleration is measured.
     """
     pairs = _pairs(model)
     forces, names = _incidence(model, pairs)
@@ -69,6 +69,8 @@ def joints_of(model: Model, sensed: Collection[str]) -> tuple[Joint, ...]:
         if by_all is not None:
             lacking = [m for m, w in zip(masses, by_all, strict=True) if w and m not in sensed]
             why = f"no sensor on {' and '.join(lacking)}, which it moves"
+        elif not np.any(forces[:, k]):
+            why = "points of structures: elastic forces act on them besides"
         elif told_alone[k] is not None:
             why = f"only its sum with the force of {' and '.join(names)} is told"
         else:
@@ -93,18 +95,18 @@ def _incidence(model: Model, pairs: list[tuple[str, str]]) -> tuple[FloatArray, 
     for first, second in pairs:
         column = np.zeros(len(row))
         for place, sign in ((first, 1.0), (second, -1.0)):
-            if place != BASE:
+            if place in row:
                 column[row[place]] += sign
         columns.append(column)
     for element in model.elements:
         place = element.between[1]
-        if isinstance(element.effect, AttachedMode) and place != BASE:
+        if isinstance(element.effect, AttachedMode) and place in row:
             columns.append(-np.eye(len(row))[row[place]])
             names.append(f"the attached mode on {place}")
     for mode in model.modes:
         columns.append(np.array([mode.participation.get(mass, 0.0) for mass in row]))
         names.append(f"the mode of {numeral(mode.frequency, 4)} Hz")
-    return np.array(columns).reshape(-1, len(row)).T, names
+    return np.reshape(columns, (len(columns), len(row))).T, names
 
 
 def _solved(forces: FloatArray) -> list[FloatArray | None]:

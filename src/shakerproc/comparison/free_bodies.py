@@ -19,12 +19,12 @@ def mean_force(model: Model, measured: Measured) -> float:
 
     over masses and the joints to the base, along the measured displacements. A force sensor or
     an amplifier does not tell its constant, and masses that no spring holds drift with it. It
-    is 0 where springs hold all masses, or one has no sensor of displacement.
+    is 0 where springs hold all masses, one has no sensor of displacement, or structures move.
 
     `measured` is without the means of its channels.
     """
     moved = _displacements(model, measured)
-    if not moved or model.excitation.role != "force" or is_held(model):
+    if not moved or model.structures or model.excitation.role != "force" or is_held(model):
         return 0.0
     rate = measured.sample_rate
     velocities = {mass: np.gradient(row) * rate for mass, row in moved.items()}
@@ -45,7 +45,7 @@ def mean_force(model: Model, measured: Measured) -> float:
 
 def is_held(model: Model) -> bool:
     """Return whether springs hold every mass."""
-    n = len(model.masses)
+    n = model.n_coordinates
     return bool(np.linalg.matrix_rank(assemble(model).machine.matrix[:n, :n]) == n)
 
 

@@ -32,6 +32,7 @@ from shakerproc.data import (
 )
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
+from shakerproc.models.validation import check_sampled
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
 from shakerproc.runs.remarks import unused_lines
@@ -230,7 +231,7 @@ def usable_tests(log: TestLog, model: Model, *, most_clipped: float = MOST_LOST)
         If a recording cannot be used.
     """
     tests = log.recorded()
-    share = longest(len(tests), len(model.masses))
+    share = longest(len(tests), model.n_coordinates)
     found, left_out = [], []
     for test in tests:
         try:
@@ -265,11 +266,11 @@ def with_repeats(
     return tuple(found)
 
 
-def longest(n_tests: int, n_masses: int) -> int:
+def longest(n_tests: int, n_coordinates: int) -> int:
     """Return how many samples of a test are looked at, so that time and memory suffice."""
     in_memory = min(MOST_OF_EACH, max(LEAST_OF_EACH, MOST_OF_ALL // n_tests))
-    in_time = max(LEAST_OF_MANY, MOST_WORK // (n_masses**2 * n_tests))
-    return min(in_memory, in_time, MOST_MOTION // n_masses)
+    in_time = max(LEAST_OF_MANY, MOST_WORK // (n_coordinates**2 * n_tests))
+    return min(in_memory, in_time, MOST_MOTION // n_coordinates)
 
 
 def measure(
@@ -301,6 +302,7 @@ def measure(
         If the recording cannot be used.
     """
     with open_test(log, test) as recording:
+        check_sampled(model, recording.sample_rate)
         inputs = input_rows(recording, model)
         rows = [sensor_row(recording, name, model) for name in sensors_of(model)]
         overlap = set(inputs) & set(rows)

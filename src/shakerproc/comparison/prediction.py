@@ -216,9 +216,8 @@ def _noisy(model: Model, measured: Measured, given: Input) -> list[Input]:
 
 
 def _sizes(simulation: Simulation) -> FloatArray:
-    """Return the usual size of every motion, in the order of the simulation's rows [SI]."""
-    rows = np.concatenate([simulation.displacement, simulation.velocity, simulation.states])
-    sizes: FloatArray = np.sqrt(np.mean(rows**2, axis=1))
+    """Return the usual size of every motion, in the order of `motions_of` [SI]."""
+    sizes: FloatArray = np.sqrt(np.mean(simulation.motion**2, axis=1))
     return sizes
 
 
@@ -246,13 +245,13 @@ def _only_sensed(simulation: Simulation, model: Model) -> Simulation:
         displacement=simulation.displacement[kept],
         velocity=simulation.velocity[kept],
         acceleration=simulation.acceleration[kept],
+        motion=np.zeros((0, 0)),
     )
 
 
 def _windows(model: Model, measured: Measured, given: Input, simulation: Simulation) -> Windows:
     """Return the windows in which the motion of a model is predictable."""
-    motion = np.concatenate([simulation.displacement, simulation.velocity, simulation.states])
-    horizon = horizon_of(model, given, motion, measured.start)
+    horizon = horizon_of(model, given, simulation.motion, measured.start)
     period = period_of_response(
         measured.responses[:, measured.start : measured.stop], measured.sample_rate,
         measured.excited,

@@ -55,7 +55,7 @@ def sensors_of(model: Model) -> dict[str, Sensor]:
     if not model.sensors:
         raise ModelError(
             f"{model.title}: no sensors, so no channel can be compared with the model. Say "
-            f"what each measures, such as sensors: {{ch3: {{at: {next(iter(model.masses))}, "
+            f"what each measures, such as sensors: {{ch3: {{at: {model.moving[0]}, "
             f"measures: acceleration}}}}."
         )
     return dict(model.sensors)

@@ -97,9 +97,9 @@ def horizon_of(model: Model, given: Input, motion: FloatArray, start: int) -> in
     windows = np.array([(0, first, n - first) for first in firsts])
     starts = motion[:, firsts].T
     size = np.sqrt(np.mean(motion**2, axis=1))
-    moving = 2 * len(model.masses)
+    moving = _moving(model)
     nudge = np.zeros_like(size)
-    nudge[:moving] = _DISTURBANCE * size[:moving]
+    nudge[moving] = _DISTURBANCE * size[moving]
     as_is, moved = (
         free_runs(model, Runs((given,), windows, begin), tolerance=_EXACT, means=False)
         for begin in (starts, starts + nudge)
@@ -176,6 +176,11 @@ def fitted_starts(
     return _Starts(model, given, measured, windows, motion_sizes).solved()
 
 
+def _moving(model: Model) -> NDArray[np.bool_]:
+    """Return which motions are displacements or velocities, (n_motions,) array."""
+    return np.array([not name.startswith("state") for name in motions_of(model)])
+
+
 def _rms(rows: FloatArray) -> FloatArray:
     sizes: FloatArray = np.sqrt(np.mean(rows**2, axis=1))
     return sizes
@@ -205,7 +210,7 @@ class _Starts:
             (measured[:, first : first + windows.run_in] / scale).ravel()
             for first in windows.first
         ]
-        moving = np.array([not name.startswith("state") for name in motions_of(model)])
+        moving = _moving(model)
         usual = np.where(motion_sizes > 0.0, motion_sizes, np.max(motion_sizes, initial=1e-12))
         self.steps = np.diag(_STEP * usual)[moving]
 

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import takes_most
 from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain
-from shakerproc.models import BASE, Mode
+from shakerproc.models import Mode
 from shakerproc.models.effects import AttachedMode
 
 FASTEST: Final = 0.4
@@ -82,7 +82,7 @@ def _starts(campaign: Campaign) -> list[Start]:
     if lowest >= highest:
         return []
     places = {j[1]: j for j, own in campaign.known.items() if AttachedMode.kind in own}
-    places.pop(BASE, None)
+    places = {place: joint for place, joint in places.items() if place in data.model.masses}
     return [
         Start(
             AttachedMode.kind, joint, _tried(data.model.masses[place], float(frequency)),

@@ -11,6 +11,7 @@ KINDS: Final[Mapping[str, str]] = MappingProxyType({
     "study": "a study",
     "coupon": "a coupon",
     "model": "a model",
+    "structure": "a structure",
     "materials": "a file of materials",
     "specimens": "a file of specimens",
 })

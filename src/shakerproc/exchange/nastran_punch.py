@@ -16,6 +16,7 @@ _QUANTITIES = {
     "$VELOCITIES": ("velocity", "m/s"),
     "$ACCELERATION": ("acceleration", "m/s^2"),
     "$ACCELERATIONS": ("acceleration", "m/s^2"),
+    "$EIGENVECTOR": ("eigenvector", "1/sqrt(kg)"),
 }
 COMPONENTS = ("x", "y", "z", "about x", "about y", "about z")
 
@@ -28,15 +29,18 @@ class PunchTable:
     Attributes
     ----------
     quantity, unit : str
-        ``displacement``, ``velocity`` or ``acceleration``, in SI where the deck was.
-    abscissa : {"time", "frequency"}
+        ``displacement``, ``velocity``, ``acceleration`` or ``eigenvector``, in SI where the
+        deck was.
+    abscissa : {"time", "frequency", "mode"}
         What the results run over.
     at : (n_steps,) array
-        [s] or [Hz].
+        [s], [Hz], or the number of the mode.
     points : tuple of int
         Node numbers.
     values : (n_points, 6, n_steps) array
         Three translations and three rotations of each point.
+    eigenvalues : (n_steps,) array
+        Squares of the natural frequencies of modes; none of other quantities [rad^2/s^2].
     """
 
     quantity: str
@@ -45,6 +49,7 @@ class PunchTable:
     at: FloatArray
     points: tuple[int, ...]
     values: FloatArray | ComplexArray
+    eigenvalues: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(slots=True)
@@ -57,6 +62,7 @@ class _Gathered:
     points: list[int] = field(default_factory=list)
     at: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
+    eigenvalues: dict[float, float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -69,6 +75,7 @@ class _Header:
     fixed: float = float("nan")
     by_point: bool = False  # SORT2: the header names the point, the lines the time
     complex: bool = False
+    eigenvalue: float = float("nan")
 
 
 def read_punch(path: Path) -> tuple[PunchTable, ...]:
@@ -116,6 +123,22 @@ def read_punch(path: Path) -> tuple[PunchTable, ...]:
     return tables
 
 
+def read_modes(path: Path) -> PunchTable:
+    """Return the eigenvectors of a punch file.
+
+    Raises
+    ------
+    ExchangeError
+        If it holds none, or as `read_punch` does.
+    """
+    for table in read_punch(path):
+        if table.abscissa == "mode" and table.quantity in {"eigenvector", "displacement"}:
+            return table
+    raise ExchangeError(
+        f"{path.name}: no eigenvectors; ask for them with VECTOR(PUNCH,SORT1,REAL)=ALL"
+    )
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class _Place:
@@ -140,6 +163,9 @@ def _note(header: _Header, line: str, path: Path, number: int) -> None:
     for word, abscissa in (("$TIME", "time"), ("$FREQUENCY", "frequency")):
         if words[0] == word:
             header.fixed, header.abscissa, header.by_point = float(words[2]), abscissa, False
+    if words[0] == "$EIGENVALUE" and "MODE" in words:
+        header.eigenvalue, header.fixed = float(words[2]), float(words[-1])
+        header.abscissa, header.by_point = "mode", False
     if line.startswith("$POINT ID"):
         header.fixed, header.by_point = (
             float(line[:72].split("=", 1)[1].split(maxsplit=1)[0]),
@@ -182,6 +208,8 @@ def _take(
     rows.points.append(int(header.fixed if header.by_point else lead))
     rows.at.append(lead if header.by_point else header.fixed)
     rows.values += values
+    if header.abscissa == "mode":
+        rows.eigenvalues[header.fixed] = header.eigenvalue
 
 
 def _table(path: Path, quantity: str, rows: _Gathered) -> PunchTable:
@@ -199,6 +227,8 @@ def _table(path: Path, quantity: str, rows: _Gathered) -> PunchTable:
     parts = flat[:, :6] + 1j * flat[:, 6:] if rows.complex else flat
     values = np.empty((names.size, 6, steps.size), dtype=parts.dtype)
     values[which_point, :, which_step] = parts
+    eigenvalues = np.array([rows.eigenvalues[step] for step in steps if rows.eigenvalues])
     return PunchTable(
-        quantity, rows.unit, rows.abscissa, steps, tuple(int(n) for n in names), values
-    )
+        quantity, rows.unit, rows.abscissa, steps, tuple(int(n) for n in names), values,
+        eigenvalues,
+    )  # fmt: skip

@@ -9,7 +9,12 @@ from shakerproc.model_files.effect_files import (
 )
 from shakerproc.model_files.provenance import Provenance
 from shakerproc.model_files.reading import ModelFile, read_model, read_model_file
-from shakerproc.model_files.writing import element_text, model_text, write_model
+from shakerproc.model_files.writing import (
+    element_text,
+    model_text,
+    structure_text,
+    write_model,
+)
 
 __all__ = [
     "EffectSource",
@@ -23,6 +28,7 @@ __all__ = [
     "model_text",
     "read_model",
     "read_model_file",
+    "structure_text",
     "used_effects",
     "write_model",
 ]

@@ -75,6 +75,11 @@ def deck_of_model(
     ModelError
         If the model has an effect that no such deck holds, or a curved law and no `reach`.
     """
+    if model.structures:
+        raise ModelError(
+            f"{model.title}: no deck is written of structures by their modes; the program they "
+            f"come from has them as elements."
+        )
     masses = dict(model.masses)
     springs: dict[tuple[str, str], list[_Law]] = {}
     dampers: list[tuple[str, str, float]] = []

@@ -1,5 +1,6 @@
 """Changes to a model file that leave every comment, blank line and order where it was."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -118,6 +119,7 @@ def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     edits = _changes(before, root, wanted.changes) + _masses(before, root, wanted.masses)
+    edits += _structures(before, root, out)
     if wanted.title is not None:
         edits.append(_titled(text, root, wanted.title))
     if wanted.element is not None:
@@ -213,6 +215,18 @@ def _masses(file: ModelFile, root: Any, masses: Mapping[str, float]) -> list[_Ed
             refused: DocumentError = _refused(file, "the mass does not stand there", "masses")
             raise refused
         edits.append(_Edit(node.start_mark.index, node.end_mark.index, number(value, unit)))
+    return edits
+
+
+def _structures(file: ModelFile, root: Any, out: Path) -> list[_Edit]:
+    """Return the edits by which a file in another folder names the same files of structures."""
+    edits: list[_Edit] = []
+    there, here = file.path.parent.resolve(), out.parent.resolve()
+    for name, said in file.document.value.structures.items():
+        if isinstance(said, str) and there != here:
+            node = _value(_value(root, "structures"), name)
+            text = text_of(Path(os.path.relpath(there / said, here)).as_posix())
+            edits.append(_Edit(node.start_mark.index, node.end_mark.index, text))
     return edits
 
 

@@ -10,6 +10,7 @@ from shakerproc.documents import Document, read_document
 from shakerproc.errors import DocumentError, ModelError
 from shakerproc.model_files.kinds import read_kind
 from shakerproc.model_files.schema import ModelSchema, ProvenanceSection
+from shakerproc.model_files.structures import check_driven, read_structures
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.faults import FAULTS
@@ -71,13 +72,15 @@ def read_model_file(path: Path) -> ModelFile:
     """
     document = read_document(path, ModelSchema)
     said = document.value
-    if not said.masses:
+    if not said.masses and not said.structures:
         raise document.error(("masses",), "expected a mass, such as coupon: 28.6 g")
     if BASE in said.masses:
         raise document.error(
             ("masses", BASE), f"{BASE} is the shaker table and has no mass here", at_key=True
         )
-    places = [BASE, *said.masses]
+    structures = read_structures(document)
+    points = [point for one in structures.values() for point in one.points]
+    places = [BASE, *said.masses, *points]
     motion = _motion(document)
     masses = {
         name: _mass(document, ("masses", name), written, motion)
@@ -91,10 +94,18 @@ def read_model_file(path: Path) -> ModelFile:
         name: _sensor(document, ("sensors", name), places, motion) for name in said.sensors
     }
     excitation = _excitation(document, places)
+    check_driven(document, structures, excitation)
     modes = tuple(_mode(document, i, places, motion) for i in range(len(said.modes)))
     try:
         model = Model(
-            said.title or path.stem, masses, elements, excitation, sensors, modes, motion
+            said.title or path.stem,
+            masses,
+            elements,
+            excitation,
+            sensors,
+            modes,
+            motion,
+            structures,
         )
     except ModelError as error:
         raise document.error(("elements",), str(error), at_key=True) from error
@@ -249,6 +260,11 @@ def _acting(
     if mass == BASE:
         raise document.error(("excitation", key), f"expected a mass, got {BASE}")
     _check_place(document, ("excitation", key), mass, places)
+    if key == "displacement of" and mass not in document.value.masses:
+        raise document.error(
+            ("excitation", key),
+            f"expected a mass, got {mass}, a point of a structure; a force may act on it",
+        )
     return Excitation("force" if key == "force on" else "imposed displacement", mass)
 
 

@@ -48,12 +48,40 @@ class ProvenanceSection(Section):
     date: str = ""
 
 
+class StructureModeSection(Section):
+    """One mode of a structure."""
+
+    frequency: Annotated[float, in_unit("Hz", not_negative=True)]
+    damping_ratio: float = Field(ge=0.0)
+    shape: Annotated[tuple[float, ...], FromList]
+    participation: Any = None
+
+
+class StructureSchema(Section):
+    """A structure by its modes: a whole file, or a part of a model."""
+
+    structure: Literal[1] = 1
+    title: str = ""
+    points: Annotated[tuple[str, ...], FromList] = ()
+    direction: str | None = None
+    modes: Annotated[tuple[StructureModeSection, ...], FromList] = ()
+    modes_from: str | None = None
+    nodes: dict[str, str] = Field(default_factory=dict)
+    damping_ratio: Annotated[float | None, Field(ge=0.0)] = None
+    residual: dict[str, Annotated[float, in_unit("m/N", positive=True)]] = Field(
+        default_factory=dict
+    )
+    mass: Annotated[float | None, in_unit("kg", positive=True)] = None
+    mass_unit: str = "kg"
+
+
 class ModelSchema(Section):
     """The whole file."""
 
     model: Literal[1]
     title: str = ""
-    masses: dict[str, Any]
+    masses: dict[str, Any] = Field(default_factory=dict)
+    structures: dict[str, str | StructureSchema] = Field(default_factory=dict)
     elements: Annotated[tuple[dict[str, Any], ...], FromList]
     excitation: ExcitationSection
     modes: Annotated[tuple[ModeSection, ...], FromList] = ()

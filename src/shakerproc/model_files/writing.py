@@ -16,6 +16,7 @@ from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element, Model, Sensor
 from shakerproc.models.motion import Motion, unit_in
+from shakerproc.models.structure import Structure, StructureMode
 from shakerproc.units import from_si, to_si
 
 _SHOWN: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
@@ -34,25 +35,60 @@ _WRITTEN: Final = {kind: written for (written, _), kind in SPELLINGS.items()}
 _NOT_TEXT: Final = frozenset({"true", "false", "null", "yes", "no", "on", "off", "nan", "inf"})
 
 
-def write_model(model: Model, path: Path, *, heading: str = "") -> None:
+def write_model(
+    model: Model,
+    path: Path,
+    *,
+    heading: str = "",
+    structures: Mapping[str, str] = MappingProxyType({}),
+) -> None:
     """Write a model file, whole or not at all.
 
     Parameters
     ----------
+    model : Model
+        The model.
+    path : Path
+        The file.
     heading : str
         Comment at the top, without ``#``.
+    structures : mapping of str to str
+        Names of the files, beside this one, that hold structures (see `structure_text`); the
+        others are written into this one.
     """
-    files.write_text(path, model_text(model, heading=heading))
+    files.write_text(path, model_text(model, heading=heading, structures=structures))
 
 
-def model_text(model: Model, *, heading: str = "") -> str:
-    """Return the text of a model file."""
+def structure_text(structure: Structure, title: str) -> str:
+    """Return the text of a file of its own for a structure."""
+    lines = ["structure: 1", f"title: {text_of(title)}", *structure_lines(structure)]
+    return "\n".join(lines) + "\n"
+
+
+def model_text(
+    model: Model,
+    *,
+    heading: str = "",
+    structures: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Return the text of a model file; see `write_model`."""
     lines = [f"# {line}".rstrip() for line in heading.splitlines()]
     lines += ["model: 1", f"title: {text_of(model.title)}"]
     masses = ", ".join(
         f"{text_of(n)}: {number(m, model.unit_of('kg'))}" for n, m in model.masses.items()
     )
-    lines += [f"masses: {{{masses}}}", "elements:"]
+    lines += [f"masses: {{{masses}}}"] if model.masses else []
+    if model.structures:
+        lines += ["structures:"]
+        for name, one in model.structures.items():
+            inside = [f"    {line}" for line in structure_lines(one)]
+            file = structures.get(name)
+            lines += (
+                [f"  {text_of(name)}:", *inside]
+                if file is None
+                else [f"  {text_of(name)}: {text_of(file)}"]
+            )
+    lines += ["elements:"]
     lines += [f"  - {element_text(element, model.motion)}" for element in model.elements]
     on = model.excitation.on
     shaken = _SHAKEN[model.excitation.kind] + ("" if on is None else text_of(on))
@@ -76,6 +112,28 @@ def mode_text(mode: Mode, motion: Motion = "translation") -> str:
         f"mass: {number(mode.mass, unit_in('kg', motion))}",
         f"participation: {{{shares}}}",
     ]
+    return f"{{{', '.join(said)}}}"
+
+
+def structure_lines(structure: Structure) -> list[str]:
+    """Return a structure on lines, as it stands in a model file or in one of its own."""
+    lines = [f"points: [{', '.join(text_of(point) for point in structure.points)}]"]
+    if structure.direction is not None:
+        lines.append(f"direction: {text_of(structure.direction)}")
+    if structure.residual:
+        each = (f"{text_of(p)}: {_digits(r)} m/N" for p, r in structure.residual.items())
+        lines.append(f"residual: {{{', '.join(each)}}}")
+    return [*lines, "modes:", *(f"  - {_structure_mode_text(one)}" for one in structure.modes)]
+
+
+def _structure_mode_text(mode: StructureMode) -> str:
+    said = [
+        f"frequency: {number(mode.frequency, 'Hz')}",
+        f"damping_ratio: {number(mode.damping_ratio, '1')}",
+        f"shape: [{', '.join(map(_digits, mode.shape))}]",
+    ]
+    if mode.participation is not None:
+        said.append(f"participation: {_digits(mode.participation)} sqrt(kg)")
     return f"{{{', '.join(said)}}}"
 
 

@@ -11,6 +11,7 @@ from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.faults.base import AbstractFault
 from shakerproc.models.mode import Mode
 from shakerproc.models.motion import Motion, unit_in
+from shakerproc.models.structure import Structure
 from shakerproc.models.validation import check_model
 
 BASE: Final = "base"
@@ -171,7 +172,7 @@ ROLES: Final[Mapping[Kind, Literal["control", "force", "displacement"] | None]] 
 @final
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Masses, the elements between them, sensors and excitation.
+    """Masses and structures, the elements between them, sensors and excitation.
 
     Attributes
     ----------
@@ -190,6 +191,8 @@ class Model:
     motion : Motion
         Whether the masses move along an axis, or turn about it: then they are moments of
         inertia, displacements angles and forces torques, and every unit is that of `unit_of`.
+    structures : mapping of str to Structure
+        Elastic bodies by their modes; their points are places as masses are.
 
     Raises
     ------
@@ -204,8 +207,10 @@ class Model:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     modes: tuple[Mode, ...] = ()
     motion: Motion = "translation"
+    structures: Mapping[str, Structure] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "structures", MappingProxyType(dict(self.structures)))
         object.__setattr__(self, "masses", MappingProxyType(dict(self.masses)))
         object.__setattr__(self, "sensors", MappingProxyType(dict(self.sensors)))
         object.__setattr__(self, "elements", tuple(self.elements))
@@ -234,7 +239,7 @@ class Model:
         masses, sensors = dict(self.masses), dict(self.sensors)
         return Model, (
             self.title, masses, self.elements, self.excitation, sensors, self.modes,
-            self.motion,
+            self.motion, dict(self.structures),
         )  # fmt: skip
 
     @property
@@ -247,5 +252,20 @@ class Model:
 
     @property
     def places(self) -> tuple[str, ...]:
-        """The base and every mass."""
-        return (BASE, *self.masses)
+        """The base, every mass and every point of a structure."""
+        return (BASE, *self.moving)
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of masses and of modes of structures."""
+        return len(self.masses) + sum(len(one.carried) for one in self.structures.values())
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Every point of a structure."""
+        return tuple(p for one in self.structures.values() for p in one.points)
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """Every mass and every point of a structure."""
+        return (*self.masses, *self.points)

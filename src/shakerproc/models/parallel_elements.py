@@ -1,8 +1,10 @@
 """Elements in parallel with an element: the numbers some effects take from them."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from shakerproc.errors import ModelError
 from shakerproc.models.effects.base import AbstractEffect, DependsOnSurroundings
@@ -34,9 +36,20 @@ def parallel_stiffness(model: "Model", element: "Element") -> float | None:
 
 def reduced_mass(model: "Model", element: "Element") -> float:
     """Return the mass that vibrates on an element: both ends, the base infinite [kg]."""
-    return 1.0 / sum(
-        1.0 / model.masses[name] for name in element.between if name in model.masses
-    )
+    return 1.0 / mobility(model, element.between)
+
+
+def mobility(model: "Model", between: Collection[str]) -> float:
+    """Return the relative acceleration of two places by a unit force between them [1/kg]."""
+    total = sum(1.0 / model.masses[name] for name in between if name in model.masses)
+    for structure in model.structures.values():
+        shapes = [
+            sign * structure.shapes[structure.points.index(place)]
+            for place, sign in zip(between, (-1.0, 1.0), strict=True)
+            if place in structure.points
+        ]
+        total += float(np.sum(np.sum(shapes, axis=0) ** 2)) if shapes else 0.0
+    return total
 
 
 def resolved(model: "Model") -> tuple["Element", ...]:

@@ -6,16 +6,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakerproc.errors import ModelError
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.effects.spring import Spring
-from shakerproc.models.parallel_elements import resolved
+from shakerproc.models.parallel_elements import mobility, resolved
+from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray
     from shakerproc.models.model import Element, Model
 
 BASE = "base"
+_RANK = 1e-9
+"""Share of a motion below which rounding alone is left [-]."""
 
 
 def check_model(model: "Model") -> None:
@@ -31,13 +35,38 @@ def check_model(model: "Model") -> None:
     _check_nothing_runs_away(model, resolved(model))
 
 
+def check_sampled(model: "Model", sample_rate: float) -> None:
+    """Pass a model whose structures have no mode that samples do not tell.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    sample_rate : float
+        Samples per second of a recording [Hz].
+
+    Raises
+    ------
+    ModelError
+        If one lies beyond half the sample rate.
+    """
+    for name, structure in model.structures.items():
+        for i, mode in enumerate(structure.modes, 1):
+            if mode.frequency > 0.5 * sample_rate:
+                raise ModelError(
+                    f"{model.title}: mode {i} of {name} at {numeral(mode.frequency)} Hz lies "
+                    f"beyond half the sample rate of {numeral(sample_rate)} Hz. Leave it out."
+                )
+
+
 def _check_places(model: "Model") -> None:
-    if not model.masses:
+    if not model.masses and not model.structures:
         raise ModelError(
             f"{model.title}: no masses. Give at least one, such as coupon: 28.6 g."
         )
     if BASE in model.masses:
         raise ModelError(f"{model.title}: {BASE} is the shaker table and has no mass here.")
+    _check_structures(model)
     for element in model.elements:
         _check_element(model, element)
     for name, sensor in model.sensors.items():
@@ -49,6 +78,11 @@ def _check_places(model: "Model") -> None:
     if model.excitation.on is not None:
         _check_place(model, model.excitation.on, "excitation")
     imposed = model.excitation.on if model.excitation.imposed else None
+    if imposed in model.points:
+        raise ModelError(
+            f"{model.title}: the displacement of {imposed}, a point of a structure, cannot be "
+            f"imposed. Impose that of a mass, or let a force act."
+        )
     for name, sensor in model.sensors.items():
         if sensor.measures == "force" and sensor.at != imposed:
             raise ModelError(
@@ -58,6 +92,23 @@ def _check_places(model: "Model") -> None:
             )
 
 
+def _check_structures(model: "Model") -> None:
+    named: dict[str, str] = dict.fromkeys(model.masses, "a mass") | {BASE: "the shaker table"}
+    for name, structure in model.structures.items():
+        for point in structure.points:
+            if point in named:
+                raise ModelError(
+                    f"{model.title}: structures: the point {point!r} of {name} is also the "
+                    f"name of {named[point]}. Names of places are unique in a model."
+                )
+            named[point] = f"a point of {name}"
+        if model.excitation.moves_base:
+            try:
+                structure.participations  # noqa: B018
+            except ValueError as error:
+                raise ModelError(f"{model.title}: structure {name}: {error}.") from error
+
+
 def _check_element(model: "Model", element: "Element") -> None:
     kind, (first, second) = element.effect.kind, element.between
     for place in element.between:
@@ -65,6 +116,11 @@ def _check_element(model: "Model", element: "Element") -> None:
     if first == second:
         raise ModelError(
             f"{model.title}: {kind} stands between {first} and itself. Name two places."
+        )
+    if mobility(model, element.between) == 0.0:
+        raise ModelError(
+            f"{model.title}: {kind} between {first} and {second} never moves: no mode has "
+            f"a relative motion there. Add modes that have, or take the element out."
         )
     if isinstance(element.effect, AttachedMode) and second == BASE:
         raise ModelError(
@@ -82,15 +138,34 @@ def _check_place(model: "Model", place: str, where: str) -> None:
 
 
 def _check_base_is_reached(model: "Model") -> None:
-    links = [e.between for e in model.elements if not isinstance(e.effect, AttachedMode)]
-    reached = {BASE, model.excitation.on} if model.excitation.imposed else {BASE}
-    for _ in model.masses:
-        reached |= {place for link in links if reached & set(link) for place in link}
-    for name in model.masses:
-        if name not in reached:
+    """Pass a model in which no motion leaves every element as it is.
+
+    Raises
+    ------
+    ModelError
+        If a mass, or a structure as a rigid body, can move so.
+    """
+    alone = coordinates_of(model, ())
+    held = [
+        alone.across(element.between)
+        for element in model.elements
+        if not isinstance(element.effect, AttachedMode)
+    ]
+    if model.excitation.imposed:
+        held.append(alone.at(str(model.excitation.on)))
+    free = np.flatnonzero(np.diag(alone.stiffness) == 0.0)
+    free = free[free < len(alone.names) - len(model.modes)]
+    stretched = np.reshape(held, (-1, len(alone.names)))[:, free]
+    left = np.eye(free.size) - np.linalg.pinv(stretched, rcond=_RANK) @ stretched
+    for i, coordinate in enumerate(free):
+        if left[i, i] > _RANK:
+            name = alone.names[coordinate]
+            what = "Add the element that holds it."
+            if name not in model.masses:
+                structure, mode = name.rsplit(", ", 1)
+                name = f"{structure} as a rigid body ({mode}, 0 Hz)"
             raise ModelError(
-                f"{model.title}: no chain of elements leads from {name} to the {BASE}. Add the "
-                f"element that holds it."
+                f"{model.title}: no chain of elements leads from {name} to the {BASE}. {what}"
             )
 
 
@@ -143,14 +218,6 @@ def _static_force(
 
 
 def _spring_matrix(model: "Model", elements: "tuple[Element, ...]") -> "FloatArray":
-    """Return the stiffness matrix of the springs alone, (n_masses, n_masses) array [N/m]."""
-    index = {name: i for i, name in enumerate(model.masses)}
-    matrix = np.zeros((len(index), len(index)))
-    for element in elements:
-        if isinstance(element.effect, Spring):
-            direction = np.zeros(len(index))
-            for place, sign in zip(element.between, (-1.0, 1.0), strict=True):
-                if place in index:
-                    direction[index[place]] = sign
-            matrix += element.effect.stiffness * np.outer(direction, direction)
-    return matrix
+    """Return the stiffness of springs, structures and further modes, (n, n) array [N/m]."""
+    springs = [element for element in elements if isinstance(element.effect, Spring)]
+    return coordinates_of(model, springs).stiffness

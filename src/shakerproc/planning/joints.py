@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.laws import Law
 from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance.from_model import system_of_model
@@ -153,11 +154,11 @@ def joint_of_model(model: Model, between: tuple[str, str] | None = None) -> Mode
     """
     elements = resolved(model)
     chosen = _chosen(model, elements, between)
-    system = system_of_model(model, 1.0)
+    system, linear = system_of_model(model, 1.0), coordinates_of(model, elements)
     reference = {c.name: c.law.reference_stiffness for c in system.couplings}
     damping, stiffness, notes = system.damping.copy(), system.stiffness.copy(), []
     for element in elements:
-        square = np.outer(*2 * [_direction(model, element.between, system.n_dofs)])
+        square = np.outer(*2 * [linear.across(element.between)])
         laws = {row.law for row in element.effect.rows()}
         if laws <= {Law.LINEAR, Law.ATTACHED}:
             continue
@@ -171,8 +172,7 @@ def joint_of_model(model: Model, between: tuple[str, str] | None = None) -> Mode
         else:
             name = f"{element.effect.kind} between {' and '.join(element.between)}"
             stiffness += reference[name] * square
-    direction = _direction(model, chosen, system.n_dofs)
-    walls = _walls(elements, chosen)
+    direction, walls = linear.across(chosen), _walls(elements, chosen)
     return ModelJoint(
         chosen, system.mass, damping, stiffness, system.load, direction, walls, tuple(notes)
     )
@@ -201,14 +201,6 @@ def _chosen(
     played = [pair for pair in pairs if _walls(elements, pair) is not None]
     on_base = [pair for pair in pairs if BASE in pair]
     return (played or on_base or pairs)[0]
-
-
-def _direction(model: Model, between: tuple[str, str], size: int) -> FloatArray:
-    direction, names = np.zeros(size), list(model.masses)
-    for place, sign in zip(between, (-1.0, 1.0), strict=True):
-        if place != BASE:
-            direction[names.index(place)] = sign
-    return direction
 
 
 def _walls(elements: tuple[Element, ...], between: tuple[str, str]) -> Walls | None:

@@ -13,6 +13,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording, recording_of_arrays
 from shakerproc.errors import LogError, SimulationError
 from shakerproc.models import BASE, Model
+from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import sample_rate_of_test
 from shakerproc.planning.drive import drive_of_test, length_of_run
@@ -150,6 +151,7 @@ def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
     """
     check_drive(model, test)
     rate = sample_rate_of_test(test, staging.sample_rate) or staging.sample_rate
+    check_sampled(model, rate)
     check_period(test, rate)
     excited, noisy = _generators(staging, test)
     quiet = staging.lead_in + staging.lead_out
@@ -204,6 +206,7 @@ def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
             f"{recording.run}: no channel with the role {role} in {unit} to shake the model; "
             f"give a test log and let it say which channel that is"
         )
+    check_sampled(model, recording.sample_rate)
     test = Test(id=recording.run)
     _, noisy = _generators(staging, test)
     samples = recording.select(rows).samples().mean(axis=0)

@@ -132,9 +132,9 @@ def _held(test: Test, model: Model, use: ChannelUse, quantity: str) -> tuple[Hol
             return "sensor", known
     if use.role == "response" and use.at == BASE:
         return ("base" if on is None else "nothing"), ""
-    if use.at in model.masses and use.role != "force":
+    if use.at in model.moving and use.role != "force":
         return "mass", str(use.at)
-    wanted = f"sensors: {{{name}: {{at: {next(iter(model.masses))}, measures: acceleration}}}}"
+    wanted = f"sensors: {{{name}: {{at: {model.moving[0]}, measures: acceleration}}}}"
     raise LogError(
         f"{test.source}: test {test.id}: the model does not say what channel {name!r} (role "
         f"{use.role}{f', at {use.at}' if use.at else ''}) measures; add it to the model, such "

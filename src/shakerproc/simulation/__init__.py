@@ -2,6 +2,7 @@
 
 from shakerproc.simulation.band_limited import has_jumps, is_smooth
 from shakerproc.simulation.free_runs import (
+    TOLD_APART,
     FreeRuns,
     Held,
     Runs,
@@ -17,6 +18,7 @@ from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, S
 __all__ = [
     "CHAOTIC_GROWTH",
     "SENSITIVE_GROWTH",
+    "TOLD_APART",
     "FreeRuns",
     "Held",
     "Input",

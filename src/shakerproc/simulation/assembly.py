@@ -1,6 +1,6 @@
 """A model in the numbers that the steppers walk: matrices and a table of laws."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
+from shakerproc.models.coordinates import Coordinates, coordinates_of
 from shakerproc.models.laws import Law, Row, largest_state
-from shakerproc.models.model import BASE, Model
+from shakerproc.models.model import Model
 from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.kernels.table import LAW, MEMORY, NOBODY, STACK, Machine
 
@@ -17,9 +18,8 @@ _WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SER
 _POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_WEN})
 _HIGHEST_POWER = 63.0
 
-Line = tuple[Row, int, int]
-Linear = tuple[dict[int, float], float, float]
-"""What moves a spring and damper, in shares of displacements; stiffness and damping."""
+Line = tuple[Row, str, str]
+"""A law, and its first and second place."""
 
 
 @final
@@ -30,14 +30,36 @@ class System:
     Attributes
     ----------
     names : tuple of str
-        The masses of the model, then ``attached 1``, ... for the modes attached to them and
-        ``mode 1``, ... for further modes.
+        Its coordinates; see `Coordinates`.
+    places : mapping of str to (n,) array
+        Displacement of each place by unit coordinates [-].
     machine : Machine
         Its numbers.
     """
 
     names: tuple[str, ...]
+    places: Mapping[str, FloatArray]
     machine: Machine
+
+    def displacements(self, coordinates: FloatArray) -> FloatArray:
+        """Return the displacement of every place, (n_places, n) array [m].
+
+        Parameters
+        ----------
+        coordinates : (n, n_coordinates) array
+            Displacements of the coordinates; velocities give velocities, and so on [m].
+        """
+        if tuple(self.places) == self.names:
+            return coordinates.T
+        directions: FloatArray = np.array(list(self.places.values()))
+        return directions @ coordinates.T
+
+    def along(self, place: str, coordinates: FloatArray) -> FloatArray:
+        """Return the displacement of one place, (n,) array; see `displacements` [m]."""
+        direction = self.places[place]
+        moved = np.flatnonzero(direction)
+        found: FloatArray = coordinates[:, moved] @ direction[moved]
+        return found
 
     @property
     def n_states(self) -> int:
@@ -77,75 +99,33 @@ def assemble(model: Model) -> System:
         If two frictions between the same places cannot be told apart where both stick.
     """
     elements = resolved(model)
-    names = list(model.masses)
-    masses = list(model.rigid_masses.values())
-    linear: list[Linear] = []
-    lines: list[Line] = []
-    for element in elements:
-        first, second = (_index(names, place) for place in element.between)
-        for row in element.effect.rows():
-            if row.law is Law.LINEAR:
-                stiffness, damping = row.values
-                linear.append((_apart(first, second), stiffness, damping))
-            elif row.law is Law.ATTACHED:
-                mass, stiffness, damping = row.values
-                names.append(f"attached {len(names) - len(model.masses) + 1}")
-                masses.append(mass)
-                linear.append((_apart(second, len(names) - 1), stiffness, damping))
-            else:
-                lines.append((row, first, second))
-    for i, mode in enumerate(model.modes):
-        held = {names.index(name): -share for name, share in mode.participation.items()}
-        linear.append(({len(names): 1.0, **held}, mode.stiffness, mode.damping))
-        names.append(f"mode {i + 1}")
-        masses.append(mode.mass)
-    matrix = _matrix(model, masses, linear)
-    machine = _machine(np.array(masses, float), matrix, _merged_friction(model, lines))
+    linear = coordinates_of(model, elements)
+    lines = [
+        (row, *element.between)
+        for element in elements
+        for row in element.effect.rows()
+        if row.law not in {Law.LINEAR, Law.ATTACHED}
+    ]
+    machine = _machine(linear, _merged_friction(model, lines))
     if model.excitation.imposed:
-        machine = _imposed(machine, names.index(str(model.excitation.on)))
-    return System(tuple(names), machine)
+        machine = _imposed(machine, linear.names.index(str(model.excitation.on)))
+    return System(linear.names, linear.places, machine)
 
 
-def _index(names: Sequence[str], place: str) -> int:
-    return -1 if place == BASE else names.index(place)
-
-
-def _apart(first: int, second: int) -> dict[int, float]:
-    """Return the motion of the second place less that of the first, by their numbers."""
-    return {place: sign for place, sign in ((second, 1.0), (first, -1.0)) if place >= 0}
-
-
-def _matrix(model: Model, masses: Sequence[float], linear: Sequence[Linear]) -> FloatArray:
-    """Return the accelerations by springs, dampers and input, (n, 2 n + 1) array."""
-    n = len(masses)
-    forces = np.zeros((n, 2 * n + 1))
-    for motions, stiffness, damping in linear:
-        direction = np.zeros(n)
-        for place, share in motions.items():
-            direction[place] += share
-        forces[:, :n] -= stiffness * np.outer(direction, direction)
-        forces[:, n : 2 * n] -= damping * np.outer(direction, direction)
-    excitation = model.excitation
-    if excitation.moves_base:
-        forces[:, 2 * n] = -np.array(masses)
-    elif excitation.kind == "force":
-        forces[list(model.masses).index(str(excitation.on)), 2 * n] = 1.0
-    accelerations: FloatArray = forces / np.array(masses)[:, None]
-    return accelerations
-
-
-def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Machine:
+def _machine(linear: Coordinates, lines: Sequence[Line]) -> Machine:
     """Return the numbers of a model whose laws start with no memory."""
+    n, mass = linear.mass.size, linear.mass
+    forces = np.column_stack([-linear.stiffness, -linear.damping, linear.load])
     values = np.zeros((len(lines), 6))
     tables: list[FloatArray] = []
-    table = np.full((len(lines), 4), -1)
+    table, joints = np.full((len(lines), 2), -1), np.zeros((len(lines), n))
     n_states = 0
-    for i, (row, first, second) in enumerate(lines):
+    for i, (row, *between) in enumerate(lines):
         start = float(sum(table.size for table in tables))
         numbers = (start, *row.values) if row.law is Law.TABLE else row.values
         values[i, : len(numbers)] = numbers
         tables.append(row.table)
-        table[i, :3] = row.law, second, first
+        table[i, LAW], joints[i] = row.law, linear.across((between[0], between[1]))
         if row.law in _WITH_STATE:
             table[i, MEMORY] = n_states
             n_states += 1
@@ -155,8 +135,8 @@ def _machine(mass: FloatArray, matrix: FloatArray, lines: Sequence[Line]) -> Mac
     anchor = np.zeros((len(lines), 4))
     numbers_of_tables = np.concatenate([np.zeros(0), *tables])
     return Machine(
-        mass, matrix, table, values, mode, anchor, stack, numbers_of_tables, 1.0 / mass,
-        NOBODY, np.zeros((0, matrix.shape[1])),
+        mass, forces / mass[:, None], table, joints, joints / mass, values, mode, anchor,
+        stack, numbers_of_tables, NOBODY, np.zeros((0, 2 * n + 1)),
     )  # fmt: skip
 
 
@@ -165,10 +145,10 @@ def _imposed(machine: Machine, place: int) -> Machine:
     n, mass = machine.mass.size, machine.mass[place]
     reading = -mass * machine.matrix[[place]]
     reading[0, 2 * n] = mass
-    matrix, mobility = machine.matrix.copy(), machine.mobility.copy()
-    matrix[place], mobility[place] = 0.0, 0.0
+    matrix, pushes = machine.matrix.copy(), machine.pushes.copy()
+    matrix[place], pushes[:, place] = 0.0, 0.0
     matrix[place, 2 * n] = 1.0
-    return machine._replace(matrix=matrix, mobility=mobility, reads=place, reading=reading)
+    return machine._replace(matrix=matrix, pushes=pushes, reads=place, reading=reading)
 
 
 def _merged_friction(model: Model, lines: Sequence[Line]) -> list[Line]:

@@ -120,7 +120,7 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
     truncated = _truncation(case, motion, stats)
     given = case.given
     samples = given.samples if given.imposed is None else given.imposed[0]
-    absolute = relative[:, :n].T
+    absolute = case.system.displacements(relative[:, :n])
     if case.model.excitation.moves_base:
         absolute = absolute + samples
     error = case.given.missed + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
@@ -128,9 +128,9 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
         sample_rate=given.sample_rate,
         outputs={},
         excitation=samples,
-        masses=case.system.names,
-        displacement=motion[:, :n].T,
-        velocity=motion[:, n : 2 * n].T,
+        masses=tuple(case.system.places),
+        displacement=case.system.displacements(motion[:, :n]),
+        velocity=case.system.displacements(motion[:, n : 2 * n]),
         acceleration=absolute,
         states=motion[:, 2 * n :].T,
         solver=case.solver,
@@ -140,6 +140,7 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
         notes=_notes(grown, stats) + _remarks(case, motion),
         interpolation=given.interpolation,
         force=relative[:, n] if given.imposed is not None else None,
+        motion=motion.T,
     )
     return read_sensors(case.model, simulation, case.given.pieces, case.given.stride)
 

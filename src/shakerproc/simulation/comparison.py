@@ -182,6 +182,11 @@ class _Forces:
                 f"{model.title}: the methods of comparison do not impose a displacement. Use "
                 f"simulate."
             )
+        if model.structures:
+            raise ModelError(
+                f"{model.title}: the methods of comparison carry masses alone, no structures. "
+                f"Use simulate."
+            )
         self.mass = np.array([model.masses[name] for name in names])
         self.drive = -self.mass if model.excitation.moves_base else np.zeros(len(names))
         if model.excitation.on is not None:

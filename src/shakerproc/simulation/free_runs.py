@@ -15,6 +15,10 @@ from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.walking import Placed, Walk
 
+TOLD_APART: Final = 0.01
+"""Share of the best told motion below which a combination of sensors tells none: gains are
+known to a per cent [-]."""
+
 RUNAWAY: Final = 1e3
 """Size of a failed window as a multiple of the usual size of its sensor [-]."""
 
@@ -55,7 +59,7 @@ class Held:
         return Nudges(
             np.ascontiguousarray(self.measured[test].T),
             np.ascontiguousarray(self.sees),
-            np.ascontiguousarray(share * np.linalg.pinv(self.sees)),
+            np.ascontiguousarray(share * np.linalg.pinv(self.sees, rcond=TOLD_APART)),
             len(self.measured[test][0]) if self.lead is None else self.lead,
             np.zeros(len(self.sees)),
         )

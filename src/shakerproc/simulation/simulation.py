@@ -1,7 +1,7 @@
 """Result of a simulation."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, final
 
 import numpy as np
@@ -32,7 +32,8 @@ class Simulation:
         The input at the samples: acceleration of the base [m/s^2], force [N] or imposed
         displacement [m].
     masses : tuple of str
-        What moves, in the order of the rows below.
+        What moves, in the order of the rows below: masses, attached and further modes, points
+        of structures.
     displacement, velocity : (n_masses, n) array
         Motion relative to the base [m], [m/s].
     acceleration : (n_masses, n) array
@@ -56,6 +57,9 @@ class Simulation:
         How far a sampled input may be from the band-limited signal through its samples.
     force : (n,) array, optional
         What imposes the displacement of a mass, where one is imposed [N].
+    motion : (n_motions, n) array
+        Displacements [m], velocities [m/s] and states as the model is carried by, in the order
+        of `motions_of`; without rows where they were not kept.
     """
 
     sample_rate: float
@@ -73,6 +77,7 @@ class Simulation:
     notes: tuple[str, ...] = ()
     interpolation: InterpolationError | None = None
     force: FloatArray | None = None
+    motion: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def time(self) -> FloatArray:

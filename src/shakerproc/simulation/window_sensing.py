@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, TypeAlias, final
@@ -19,6 +19,8 @@ from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.sensing import integrated
 
 Samples: TypeAlias = NDArray[np.int64] | slice
+Along: TypeAlias = Callable[[FloatArray], FloatArray]
+"""Motion of a place by that of the coordinates; see `System.along`."""
 
 
 @final
@@ -131,49 +133,50 @@ def sense(
     n = len(system.names)
     out = np.zeros((len(model.sensors), len(motion.rows)))
     for i, sensor in enumerate(model.sensors.values()):
-        at = None if sensor.at == BASE else system.names.index(sensor.at)
+        at = None if sensor.at == BASE else partial(system.along, sensor.at)
         _RECORDED[sensor.measures](motion, n, at, rate if means else 0.0, out[i])
     return out
 
 
-def _acceleration(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+def _acceleration(m: Motion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
     if at is not None and rate and m.jumps:
         for part in m.parts:
             rows = m.accelerated[part]
-            out[part][:-1] = mean_accelerations(rows[:, at], rows[:, n + at], rate)
+            x, v = at(rows[:, :n]), at(rows[:, n : 2 * n])
+            out[part][:-1] = mean_accelerations(x, v, rate)
     elif at is not None and rate:
-        out[:-1] = np.diff(m.accelerated[:, n + at]) * rate
+        out[:-1] = np.diff(at(m.accelerated[:, n : 2 * n])) * rate
     elif at is not None:
-        out[:] = m.acceleration[:, at]
+        out[:] = at(m.acceleration[:, :n])
     if m.base is not None:
         out += (m.base.mean if rate else m.base.acceleration)[m.samples]
 
 
-def _velocity(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+def _velocity(m: Motion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
     _relative_velocity(m, n, at, rate, out)
     if m.base is not None:
         out += m.base.motion[0][m.samples]
 
 
-def _displacement(m: Motion, n: int, at: int | None, rate: float, out: FloatArray) -> None:
+def _displacement(m: Motion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
     _relative_displacement(m, n, at, rate, out)
     if m.base is not None:
         out += m.base.motion[1][m.samples]
 
 
-def _relative_velocity(m: Motion, n: int, at: int | None, _: float, out: FloatArray) -> None:
+def _relative_velocity(m: Motion, n: int, at: Along | None, _: float, out: FloatArray) -> None:
     if at is not None:
-        out[:] = m.rows[:, n + at]
+        out[:] = at(m.rows[:, n : 2 * n])
 
 
 def _relative_displacement(
-    m: Motion, _n: int, at: int | None, _: float, out: FloatArray
+    m: Motion, n: int, at: Along | None, _: float, out: FloatArray
 ) -> None:
     if at is not None:
-        out[:] = m.rows[:, at]
+        out[:] = at(m.rows[:, :n])
 
 
-def _force(m: Motion, n: int, _at: int | None, _: float, out: FloatArray) -> None:
+def _force(m: Motion, n: int, _at: Along | None, _: float, out: FloatArray) -> None:
     out[:] = m.acceleration[:, n]
 
 

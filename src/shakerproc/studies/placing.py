@@ -55,8 +55,9 @@ def unit_of_place(model: Model, place: str, warmth: Warmth | None = None) -> str
         _one_of(f"parameter of {effect.kind}", rest[1], list(effect.parameters))
         return model.unit_of(effect.parameters[rest[1]].unit)
     raise ValueError(
-        f"expected a place such as elements.gap.clearance, masses.{next(iter(model.masses))} "
-        f"run.level or {TEMPERATURE}, got {place!r}"
+        f"expected a place such as elements.gap.clearance, "
+        f"masses.{next(iter(model.masses), 'coupon')}, run.level or {TEMPERATURE}, "
+        f"got {place!r}"
     )
 
 

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.errors import ModelError
 from shakerproc.models import Model
 from shakerproc.simulation import Simulation, simulate
 from shakerproc.studies.study import Quantity, StudyRun
@@ -108,10 +109,28 @@ def simulated(model: Model, run: StudyRun, *, growth: bool = True) -> SimulatedM
         driving,
         run.sample_rate,
         duration=None if run.excitation == "random" else run.duration,
-        start={next(iter(model.masses)): (run.initial_displacement, run.initial_velocity)},
+        start=_start(model, run),
         growth=growth,
     )
     return _motion(found, run)
+
+
+def _start(model: Model, run: StudyRun) -> dict[str, tuple[float, float]]:
+    """Return displacement [m] and velocity [m/s] of the first mass, if it does not rest.
+
+    Raises
+    ------
+    ModelError
+        If the model has structures alone.
+    """
+    if not (run.initial_displacement or run.initial_velocity):
+        return {}
+    if not model.masses:
+        raise ModelError(
+            f"{model.title}: a start away from rest is that of the first mass, and the model "
+            f"has structures alone. Leave initial_displacement and initial_velocity out."
+        )
+    return {next(iter(model.masses)): (run.initial_displacement, run.initial_velocity)}
 
 
 def _by_thesis_method(model: Model, run: StudyRun) -> SimulatedMotion:
@@ -220,7 +239,7 @@ def strobe(
         signal_of(run),
         per_period * run.frequency,
         duration=(settle + periods) / run.frequency,
-        start={next(iter(model.masses)): (run.initial_displacement, run.initial_velocity)},
+        start=_start(model, run),
     )
     first, step = settle * per_period, per_period // phases
     shape = (periods, phases)

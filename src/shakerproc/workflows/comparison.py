@@ -14,6 +14,9 @@ from shakerproc.comparison import (
     usable_tests,
 )
 from shakerproc.comparison import Comparison as Compared
+from shakerproc.comparison.document import modes_document
+from shakerproc.comparison.modes import ComparedModes, compared_modes
+from shakerproc.errors import ShakerprocError
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import choice_of, log_of, switch_of
@@ -38,10 +41,13 @@ class Comparison(Shown):
         Arrays and errors of every test.
     before : shakerproc.comparison.Comparison, optional
         The older model, or the model before it was fitted, scored alike.
+    modes : ComparedModes, optional
+        Modes of the gentlest test beside those of the model, where it has several coordinates.
     """
 
     found: Compared
     before: Compared | None = None
+    modes: ComparedModes | None = None
 
     @property
     def model(self) -> Model:
@@ -85,7 +91,8 @@ class Comparison(Shown):
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as compare.json holds it."""
-        return document_of(self.found)
+        modes = {} if self.modes is None else {"modes": modes_document(self.modes)}
+        return {**document_of(self.found), **modes}
 
     @property
     def figures(self) -> tuple[str, ...]:
@@ -181,8 +188,21 @@ def compare_models(
         usable = usable.with_those_of(given)
         check_same(given.tests, usable.tests)
     found = compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
+    modes = _modes(found, log, warn)
     if before is None and not fit:
-        return Comparison(found)
+        return Comparison(found, modes=modes)
     old = compare_tests(before or model, given.tests, left_out=given.left_out, tell=tell)
     old, found = scored_alike(old, found, tell=tell)
-    return Comparison(found, old)
+    return Comparison(found, old, modes)
+
+
+def _modes(found: Compared, log: TestLog, warn: Callable[[str], None]) -> ComparedModes | None:
+    """Return modes of test and model; None where one place alone moves or has sensors."""
+    sensed = {sensor.at for sensor in found.model.sensors.values()}
+    if found.model.n_coordinates < 2 or len(sensed) < 2 or found.model.excitation.imposed:
+        return None
+    try:
+        return compared_modes(found.model, log, [one.measured for one in found.tests])
+    except ShakerprocError as error:
+        warn(f"modes of test and model are not compared: {error}")
+        return None

@@ -16,7 +16,7 @@ from shakerproc.model_files import (
     add_element,
     model_text,
 )
-from shakerproc.models import BASE, EFFECTS, Model
+from shakerproc.models import EFFECTS, Model
 from shakerproc.models.identification import Values
 from shakerproc.testlog import TestLog
 from shakerproc.units import near_miss, to_si
@@ -333,7 +333,7 @@ def places_of(between: Sequence[str], model: Model) -> list[str]:
     ArgumentError
         If they are not two of its places.
     """
-    there = [BASE, *model.masses]
+    there = list(model.places)
     places = [str(place) for place in list_of("between", between, "two places")]
     unknown = [place for place in places if place not in there]
     if unknown:

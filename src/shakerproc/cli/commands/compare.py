@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from shakerproc.comparison import Comparison, Refit
+    from shakerproc.comparison.modes import ComparedModes
     from shakerproc.models import Model
     from shakerproc.testlog import TestLog
     from shakerproc.workflows.evidence import Document, Evidence
@@ -66,7 +67,7 @@ def compare(
     nothing drives it, frequency and damping over amplitude are compared with free decays.
     """
     from shakerproc.cli.compiling import announce
-    from shakerproc.comparison import document_of, explained, sentence
+    from shakerproc.comparison import explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.report.evidence.models import Models
@@ -100,13 +101,15 @@ def compare(
         names = _names((older or shaken).title, shaken.title, fit=fit)
         models = Models(compared.before, found, *names)
     document = {
-        **_provenance(documents[-2:]), **options.effects_of(own), **document_of(found)
+        **_provenance(documents[-2:]), **options.effects_of(own), **compared.as_json()
     }  # fmt: skip
     evidence = Evidence(models, None, inputs_of(documents, measured))
     with output.results(folder, "compare"):
         page = _write(folder, found, document, campaign.title, evidence, figures=figures)
+        _write_modes(folder, compared.modes)
     output.write_json(document, json)
     _print(found, folder, json, once)
+    _print_modes(compared.modes, folder, json)
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
@@ -176,6 +179,33 @@ def _write(
         draw_comparison(found, folder)
     verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
     return write_evidence(folder, title, verdict, evidence, command=output.command())
+
+
+def _write_modes(folder: Path, modes: "ComparedModes | None") -> None:
+    """Write the table of modes of test and model, if there are any."""
+    from shakerproc import files
+    from shakerproc.comparison.document import MODE_COLUMNS, mode_rows
+
+    if modes is not None:
+        rows = mode_rows(modes)
+        columns = {name: [row[i] for row in rows] for i, name in enumerate(MODE_COLUMNS)}
+        files.write_csv(folder / "modes.csv", columns)
+
+
+def _print_modes(modes: "ComparedModes | None", folder: Path, json: str | None) -> None:
+    """Print the modes of test and model, and how far they are apart."""
+    from shakerproc.comparison.document import mode_rows
+
+    if modes is None:
+        return
+    output.print_table(
+        ("measured [Hz]", "model [Hz]", "difference [%]", "zeta measured", "zeta model", "MAC"),
+        mode_rows(modes),
+        title=f"Modes of test {modes.test} and of the linear part of the model",
+        json_target=json,
+        elsewhere=str(folder / "modes.csv"),
+    )
+    output.data(modes.sentence, json_target=json)
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:

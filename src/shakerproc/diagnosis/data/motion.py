@@ -10,6 +10,8 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data.tests import Test
 from shakerproc.models import BASE, Model
+from shakerproc.models.coordinates import coordinates_of
+from shakerproc.simulation import TOLD_APART
 from shakerproc.simulation.assembly import System, assemble
 
 TRUSTED_FROM: Final = 0.35
@@ -63,16 +65,16 @@ def input_load(system: System) -> FloatArray:
     return load
 
 
-def mass_displacements(model: Model, test: Test) -> FloatArray:
-    """Return displacements relative to the base, (n_masses, n) array [m].
+def coordinate_displacements(model: Model, test: Test) -> FloatArray:
+    """Return displacements of masses and modes of structures, (n_coordinates, n) array [m].
 
-    A mass with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural
-    frequency, and where no sensor sits, as the linear part of the model does. The mean is that
-    of a measured displacement, else 0. Where a displacement is imposed, only its mass is taken
-    to move.
+    A place with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural
+    frequency, and as far as no sensor tells, all moves as the linear part of the model does.
+    The mean is that of a measured displacement, else 0. Where a displacement is imposed, only
+    its mass is taken to move.
     """
     if model.excitation.imposed:
-        moved = np.zeros((len(model.masses), test.n_samples))
+        moved = np.zeros((model.n_coordinates, test.n_samples))
         moved[list(model.masses).index(str(model.excitation.on))] = test.input
         return moved
     system = assemble(model)
@@ -85,13 +87,21 @@ def mass_displacements(model: Model, test: Test) -> FloatArray:
     motion[:, 0] = 0.0
     measured = _measured_spectra(model, test, drive, frequency, length)
     trust = 1.0 / (1.0 + (TRUSTED_FROM * lowest_frequency(system) / frequency) ** 8)
-    for mass, (spectrum, integrated) in measured.items():
-        row = list(model.masses).index(mass)
-        share = trust * (np.arange(trust.size) > 0) if integrated else 1.0
-        motion[row] = share * spectrum + (1.0 - share) * motion[row]
+    sees = np.reshape([system.places[at] for at in measured], (-1, len(system.names)))
+    shares = [
+        trust * (np.arange(trust.size) > 0) if integrated else 1.0
+        for _, integrated in measured.values()
+    ]
+    lacking = [
+        share * (spectrum - seen)
+        for share, (spectrum, _), seen in zip(
+            shares, measured.values(), sees @ motion, strict=True
+        )
+    ]
+    motion += np.linalg.pinv(sees, rcond=TOLD_APART) @ np.reshape(lacking, (-1, trust.size))
     motion *= 1.0 / (1.0 + (frequency / (ANTI_ALIAS * test.sample_rate)) ** 16)
     found: FloatArray = scipy.fft.irfft(motion, length)[:, :size]
-    return found[: len(model.masses)]
+    return found[: model.n_coordinates]
 
 
 def lowest_frequency(system: System) -> float:
@@ -105,12 +115,12 @@ def lowest_frequency(system: System) -> float:
 def _measured_spectra(
     model: Model, test: Test, drive: ComplexArray, frequency: FloatArray, length: int
 ) -> dict[str, tuple[ComplexArray, bool]]:
-    """Return relative displacement by each mass with a sensor, and if it was integrated."""
+    """Return relative displacement of each place with a sensor, and if it was integrated."""
     omega = 2.0 * np.pi * frequency
     base = drive if model.excitation.moves_base else 0.0 * drive
     found: dict[str, tuple[ComplexArray, bool]] = {}
     for sensor, row in zip(model.sensors.values(), test.responses, strict=True):
-        if sensor.at not in model.masses:
+        if sensor.at == BASE:
             continue
         spectrum = scipy.fft.rfft(closed(row, length))
         relative = sensor.measures.startswith("relative")
@@ -125,22 +135,20 @@ def _measured_spectra(
     return found
 
 
-def mass_motions(model: Model, test: Test) -> FloatArray:
-    """Return displacements [m], then velocities [m/s], of the masses, (2 n_masses, n) array."""
-    moved = mass_displacements(model, test)
+def coordinate_motions(model: Model, test: Test) -> FloatArray:
+    """Return displacements [m], then velocities [m/s], (2 n_coordinates, n) array.
+
+    Of masses and modes of structures; see `coordinate_displacements`.
+    """
+    moved = coordinate_displacements(model, test)
     return np.concatenate([moved, [slope(row, test.sample_rate) for row in moved]])
 
 
 def joint_motion(model: Model, motion: FloatArray, joint: tuple[str, str]) -> JointMotion:
-    """Return the motion across a joint [m], [m/s]; see `mass_motions`."""
-    n = len(model.masses)
-    still = np.zeros(motion.shape[1])
-    z, v = (
-        dict(zip(model.masses, rows, strict=True)) | {BASE: still}
-        for rows in (motion[:n], motion[n:])
-    )
-    first, second = joint
-    return JointMotion(z[second] - z[first], v[second] - v[first])
+    """Return the motion across a joint [m], [m/s]; see `coordinate_motions`."""
+    n = model.n_coordinates
+    across = coordinates_of(model, ()).across(joint)[:n]
+    return JointMotion(across @ motion[:n], across @ motion[n:])
 
 
 def slope(samples: FloatArray, sample_rate: float) -> FloatArray:

@@ -12,7 +12,7 @@ from shakerproc.comparison.prediction import DRAWS, as_means
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of
-from shakerproc.diagnosis.data.motion import frequency_of, joint_motion, mass_motions
+from shakerproc.diagnosis.data.motion import coordinate_motions, frequency_of, joint_motion
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.estimation.uncertainty import uncertainty
@@ -195,12 +195,12 @@ class DataSet:
 
     @cached_property
     def motions(self) -> tuple[FloatArray, ...]:
-        """Displacements [m], then velocities [m/s], of the masses, (2 n_masses, n) arrays."""
-        return tuple(mass_motions(self.model, test) for test in self.tests)
+        """Displacements [m], then velocities [m/s], (2 n_coordinates, n) arrays."""
+        return tuple(coordinate_motions(self.model, test) for test in self.tests)
 
     @cached_property
     def motion_sizes(self) -> FloatArray:
-        """Largest of these in any test, (2 n_masses,) array [m], [m/s]."""
+        """Largest of these in any test, (2 n_coordinates,) array [m], [m/s]."""
         each = [np.max(np.abs(motion), axis=1) for motion in self.motions]
         return np.asarray(np.max(each, axis=0))
 

@@ -64,7 +64,7 @@ class Stages:
 def stages_of(data: DataSet) -> Stages:
     """Return the windows of a search."""
     rate = data.tests[0].sample_rate
-    least = LEAST_RESIDUALS * 2 * (len(data.model.masses) + 1) / data.n_sensors
+    least = LEAST_RESIDUALS * 2 * (data.model.n_coordinates + 1) / data.n_sensors
     at_rest = all(test.at_rest for test in data.tests)
     return Stages(
         tuple(

@@ -28,7 +28,7 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
     table : (n_windows, 3) array of int
         Test, first sample, and number of samples.
     """
-    n_masses, hidden = len(model.masses), hidden_motions(data, model)
+    n_masses, hidden = model.n_coordinates, hidden_motions(data, model)
     masses = np.zeros((2 * n_masses, len(table)))
     modes = np.zeros((len(hidden[0]), len(table)))
     for i, own in enumerate(data.motions):
@@ -64,7 +64,7 @@ def elsewhere(
         there = starts.copy()
         for row, own in zip(there, places, strict=True):
             if choice < len(own):
-                row[: len(model.masses)] += own[choice] - own[0]
+                row[: model.n_coordinates] += own[choice] - own[0]
         out.append(there)
     told = by_equation(data, model, table, starts)
     return out if told is None else [*out, told]
@@ -106,7 +106,7 @@ def hidden_motions(data: DataSet, model: Model) -> tuple[FloatArray, ...]:
         Of each test.
     """
     system = assemble(model)
-    if len(system.names) == len(model.masses):
+    if len(system.names) == model.n_coordinates:
         return tuple(np.zeros((0, motion.shape[1])) for motion in data.motions)
     return tuple(
         _driven(system, np.vstack([motion, test.input]), 1.0 / test.sample_rate)

@@ -8,7 +8,8 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.models import BASE, Model
+from shakerproc.models import Model
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.model import Measures
 from shakerproc.simulation.assembly import assemble
 
@@ -80,12 +81,10 @@ def sensor_responses(model: Model, frequency: FloatArray) -> ComplexArray:
     s = 2j * np.pi * frequency
     fractions = 1.0 / (s - found.poles[:, np.newaxis])
     base = 1.0 if model.excitation.moves_base else 0.0
-    names = list(model.masses)
+    alone = coordinates_of(model)
     rows = []
     for sensor in model.sensors.values():
-        residues = np.zeros(found.poles.size, np.complex128)
-        if sensor.at != BASE:
-            residues = found.residues[names.index(sensor.at)]
+        residues = alone.at(sensor.at) @ found.residues
         z = np.asarray(residues @ fractions, np.complex128)
         rows.append(_OF_DISPLACEMENT[sensor.measures](z, np.asarray(s, np.complex128), base))
     return np.array(rows)

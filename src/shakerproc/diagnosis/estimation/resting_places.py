@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
-from shakerproc.models import BASE, Element, Model
+from shakerproc.models import Element, Model
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.effects import Damper, Spring
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 
@@ -39,7 +40,7 @@ MOST: Final = 4
 def resting_places(
     data: DataSet, model: Model, table: NDArray[np.int64]
 ) -> tuple[FloatArray, ...]:
-    """Return where the masses may lie in each window, (n_places, n_masses) arrays [m].
+    """Return where coordinates may lie in each window, (n_places, n_coordinates) arrays [m].
 
     The place nearest to none comes first; (0, 0, ...) alone where the mean was measured, or
     every joint pushes back alike on both sides.
@@ -55,7 +56,7 @@ def resting_places(
     """
     joints = _shifting(data, model)
     if not joints:
-        return (np.zeros((1, len(model.masses))),) * len(table)
+        return (np.zeros((1, model.n_coordinates)),) * len(table)
     spread = np.linalg.pinv(np.array([apart(model, joint) for joint in joints]))
     roots = [
         _roots(*_mean_force(model, joint, _stretches(data, joint, table))) for joint in joints
@@ -107,13 +108,8 @@ def _may_shift(data: DataSet, model: Model, joint: Joint) -> bool:
 
 
 def apart(model: Model, joint: Joint) -> FloatArray:
-    """Return what a joint sees of the displacements of all masses, (n_masses,) array."""
-    names = list(model.masses)
-    row = np.zeros(len(names))
-    for place, sign in zip(joint, (-1.0, 1.0), strict=True):
-        if place != BASE:
-            row[names.index(place)] = sign
-    return row
+    """Return what a joint sees of unit coordinates, (n_coordinates,) array [-]."""
+    return coordinates_of(model, ()).across(joint)[: model.n_coordinates]
 
 
 def _mean_force(model: Model, joint: Joint, z: FloatArray) -> tuple[FloatArray, FloatArray]:

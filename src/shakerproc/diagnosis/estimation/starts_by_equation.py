@@ -105,7 +105,8 @@ def by_equation(
 ) -> FloatArray | None:
     """Return starts at which the forces of a model balance the inertia that was measured.
 
-    None where some mass has no accelerometer, or a law remembers.
+    None where some mass has no accelerometer, a law remembers, or a structure moves, whose
+    inertia no sensor tells alone.
 
     Parameters
     ----------
@@ -114,6 +115,8 @@ def by_equation(
     starts : (n_windows, n_motions) array
         What is known of them without the forces.
     """
+    if model.structures:
+        return None
     sensors, laws = _accelerometers(model), _laws(model)
     if sensors is None or laws is None:
         return None

@@ -11,6 +11,7 @@ from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.models import BASE, Model
 from shakerproc.models.effects import EFFECTS, Spring
 from shakerproc.models.identification import Identification, JointScales
+from shakerproc.models.parallel_elements import mobility
 
 Joint: TypeAlias = tuple[str, str]
 
@@ -34,7 +35,7 @@ def scales_of(
         e.effect.stiffness for e in model.elements
         if isinstance(e.effect, Spring) and set(e.between) == set(joint)
     ]  # fmt: skip
-    inverse = sum(1.0 / model.masses[place] for place in joint if place != BASE)
+    inverse = mobility(model, joint)
     mass = 1.0 / inverse if inverse else max(model.masses.values())
     displacement = max(_peak(motion.displacement) for motion in motions)
     stiffness = max(sum(springs), 0.0)
@@ -59,7 +60,8 @@ def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
     Mass times acceleration of the mass that hangs on it, or the force that imposes its motion;
     where no sensor measures either, the force that drives one of its sides.
     """
-    mass = next((model.masses[place] for place in reversed(joint) if place != BASE), 0.0)
+    on = next((place for place in reversed(joint) if place != BASE), None)
+    mass = 0.0 if on is None else 1.0 / mobility(model, (BASE, on))
     found = [0.0]
     for test in tests:
         for sensor, row in zip(model.sensors.values(), test.responses, strict=True):

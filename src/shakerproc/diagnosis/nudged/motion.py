@@ -1,5 +1,6 @@
 """What sensors tell of the motion of a model: what nudged runs are held to, and begin with."""
 
+from collections.abc import Mapping
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -9,44 +10,42 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.resting_places import resting_places
-from shakerproc.models import Model
+from shakerproc.models import BASE, Model
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation import Held, largest_states
 from shakerproc.simulation.assembly import System, assemble
 
-Seen = tuple[tuple[int, bool], ...]
-"""Masses whose motion is measured, by number, and whether their place is, too."""
+Seen = tuple[tuple[str, bool], ...]
+"""Places whose motion is measured, and whether where they are is, too."""
 
 
 def seen_of(model: Model) -> Seen:
-    """Return which masses sensors tell the velocity of, and of which the place."""
-    masses = list(model.masses)
-    placed: dict[int, bool] = {}
+    """Return which places sensors tell the velocity of, and of which the displacement."""
+    placed: dict[str, bool] = {}
     for sensor in model.sensors.values():
-        if sensor.at in model.masses and sensor.measures != "force":
-            own = masses.index(sensor.at)
+        if sensor.at != BASE and sensor.measures != "force":
             place = sensor.measures.endswith("displacement")
-            placed[own] = placed.get(own, False) or place
-    return tuple(sorted(placed.items()))
+            placed[sensor.at] = placed.get(sensor.at, False) or place
+    return tuple((at, placed[at]) for at in model.moving if at in placed)
 
 
 def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
     """Return what runs of a model are held to in all tests; None where they are free."""
     if windows.rate is None:
         return None
-    seen, n = seen_of(model), len(assemble(model).names)
-    return Held(windows.rate, _measured(data, seen), _sees(seen, n), windows.lead)
+    places = assemble(model).places
+    return Held(
+        windows.rate, _measured(data, seen_of(model)), _sees(seen_of(model), places),
+        windows.lead,
+    )  # fmt: skip
 
 
-def _rows(seen: Seen, n: int) -> list[int]:
-    """Return which of n displacements, then n velocities, are measured."""
-    return [n + mass for mass, _ in seen] + [mass for mass, placed in seen if placed]
-
-
-def _sees(seen: Seen, n: int) -> FloatArray:
-    rows = _rows(seen, n)
-    sees = np.zeros((len(rows), 2 * n))
-    sees[np.arange(len(rows)), rows] = 1.0
-    return sees
+def _sees(seen: Seen, places: Mapping[str, FloatArray]) -> FloatArray:
+    """Return what is measured by unit displacements, then unit velocities."""
+    still = np.zeros_like(next(iter(places.values())))
+    velocities = [np.concatenate([still, places[at]]) for at, _ in seen]
+    displacements = [np.concatenate([places[at], still]) for at, placed in seen if placed]
+    return np.reshape([*velocities, *displacements], (-1, 2 * still.size))
 
 
 _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionary()
@@ -54,19 +53,20 @@ _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionar
 
 def _measured(data: DataSet, seen: Seen) -> tuple[FloatArray, ...]:
     if data not in _MEASURED:
-        rows = _rows(seen, len(data.model.masses))
-        _MEASURED[data] = tuple(motion[rows] for motion in data.motions)
+        n, alone = data.model.n_coordinates, coordinates_of(data.model, ())
+        sees = _sees(seen, {at: alone.at(at)[:n] for at in data.model.moving})
+        _MEASURED[data] = tuple(sees @ motion for motion in data.motions)
     return _MEASURED[data]
 
 
 def begun(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArray:
     """Return the motion where pieces begin, (n_pieces, n_motions) array.
 
-    Of masses as measured; of attached and further modes, and of states, none: they are driven
-    while the run forgets where it began.
+    Of masses and structures as measured; of attached and further modes, and of states, none:
+    they are driven while the run forgets where it began.
     """
     system = assemble(model)
-    n, masses = len(system.names), len(model.masses)
+    n, masses = len(system.names), model.n_coordinates
     starts = np.zeros((len(table), 2 * n + len(largest_states(model))))
     for i, own in enumerate(data.motions):
         here = np.flatnonzero((table[:, 0] == i) & (table[:, 1] > 0))

@@ -13,11 +13,12 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion
 from shakerproc.diagnosis.data.motion import TRUSTED_FROM, lowest_frequency
-from shakerproc.diagnosis.screening.motion import Motions
+from shakerproc.diagnosis.screening.motion import Motions, moved_places
 from shakerproc.diagnosis.screening.stretches import Stretch
 from shakerproc.diagnosis.screening.transfer import LinearModel
+from shakerproc.models import BASE
+from shakerproc.simulation import TOLD_APART
 
 _NEGLIGIBLE: Final = 1e-4
 """Share of the motion that is not worth completing [-]."""
@@ -32,10 +33,10 @@ class Lacking:
     ----------
     stretch : Stretch
         Where.
-    forces : (n_masses, n) array
-        What acts on the masses [N].
-    direction : (n_masses,) array
-        How unit displacements of the masses stretch the joint that they change with [-].
+    forces : (n_coordinates, n) array
+        What acts on the coordinates [N].
+    direction : (n_coordinates,) array
+        How unit coordinates stretch the joint that they change with [-].
     stiffness : float
         How much the force of that joint rises with a slow displacement [N/m].
     """
@@ -47,15 +48,26 @@ class Lacking:
 
 
 def untold(linear: LinearModel, frequency: FloatArray) -> FloatArray:
-    """Return the share of each mass' motion that the model tells, (n_masses, n) array [-]."""
+    r"""Return what of the motion the model tells, (n, n, n_frequencies) array [-].
+
+    .. math:: I - L \, \mathrm{diag}(t) \, S
+
+    with a row of :math:`S` for each place that has a sensor, whose motion is trusted to a share
+    :math:`t`, and :math:`L` the pseudoinverse of :math:`S`.
+    """
     lowest = TRUSTED_FROM * lowest_frequency(linear.system)
-    integrated = 1.0 - 1.0 / (1.0 + (lowest / frequency) ** 8)
-    shares = np.ones((len(linear.system.names), frequency.size))
-    for sensor in linear.model.sensors.values():
-        if sensor.at in linear.model.masses:
-            direct = sensor.measures.endswith("displacement")
-            shares[linear.system.names.index(sensor.at)] = 0.0 if direct else integrated
-    return shares
+    integrated = 1.0 / (1.0 + (lowest / frequency) ** 8)
+    places = {
+        s.at: np.ones_like(frequency) if s.measures.endswith("displacement") else integrated
+        for s in linear.model.sensors.values()
+        if s.at != BASE
+    }
+    n = len(linear.system.names)
+    sees = np.reshape([linear.system.places[at] for at in places], (-1, n))
+    led = np.linalg.pinv(sees, rcond=TOLD_APART)
+    trusted = np.reshape(list(places.values()), (-1, frequency.size))
+    told = np.einsum("is,sf,sj->ijf", led, trusted, sees, optimize=True)
+    return np.asarray(np.eye(n)[..., np.newaxis] - told)
 
 
 def completed(
@@ -89,30 +101,33 @@ def completed(
     for one in lacking:
         now, first = motions.relative[one.stretch.test], reference.relative[one.stretch.test]
         part = slice(one.stretch.start, one.stretch.stop)
-        names = list(linear.model.masses)
+        names = linear.system.names[: linear.model.n_coordinates]
         before = np.array([
             now[name].displacement[part] - first[name].displacement[part] for name in names
         ])
-        for name, (z, v) in zip(names, _change(linear, one, before, sample_rate), strict=True):
-            displacement, velocity = now[name].displacement.copy(), now[name].velocity.copy()
-            displacement[part] += share * z
-            velocity[part] += share * v
-            relative[one.stretch.test][name] = JointMotion(displacement, velocity)
+        displacement = np.array([now[name].displacement for name in names])
+        velocity = np.array([now[name].velocity for name in names])
+        change = _change(linear, one, before, sample_rate)
+        displacement[:, part] += share * change[:, 0]
+        velocity[:, part] += share * change[:, 1]
+        relative[one.stretch.test] |= moved_places(linear.model, displacement, velocity)
     return Motions(tuple(relative), motions.base)
 
 
 def _change(
     linear: LinearModel, lacking: Lacking, before: FloatArray, sample_rate: float
 ) -> FloatArray:
-    """Return what to add to displacement and velocity of the masses, (n_masses, 2, n) array."""
+    """Return what to add to displacement and velocity, (n_coordinates, 2, n) array."""
     size, n = lacking.forces.shape[1], len(before)
     length = scipy.fft.next_fast_len(size + size // 8, real=True)
     frequency = scipy.fft.rfftfreq(length, 1.0 / sample_rate)
     frequency[0] = 0.1 * frequency[1]
     share = untold(linear, frequency)
-    used = int(np.max(np.nonzero(np.any(share > _NEGLIGIBLE, axis=0))[0], initial=0)) + 1
+    untrusted = np.any(np.abs(share) > _NEGLIGIBLE, axis=(0, 1))
+    used = int(np.max(np.nonzero(untrusted)[0], initial=0)) + 1
     loads = np.column_stack([np.eye(len(share)), lacking.direction])
-    moved = share[:, :used] * linear.compliance(frequency[:used], loads).transpose(2, 1, 0)
+    yields = linear.compliance(frequency[:used], loads)
+    moved = np.einsum("ikf,fkj->jif", share[..., :used], yields, optimize=True)
     spectra = scipy.fft.rfft(lacking.forces, length)[:, :used]
     wanted = np.einsum("jif,jf->if", moved[:-1], spectra)
     wanted[:n] -= scipy.fft.rfft(before, length)[:, :used]

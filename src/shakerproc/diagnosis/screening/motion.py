@@ -7,10 +7,12 @@ from typing import final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.diagnosis.data.motion import mass_motions
+from shakerproc.diagnosis.data.motion import coordinate_motions
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import BASE, Model
+from shakerproc.models.coordinates import coordinates_of
 
 
 @final
@@ -21,7 +23,8 @@ class Motions:
     Attributes
     ----------
     relative : tuple of mapping
-        Motion of every place against the base, by its name, in each test.
+        Motion of every place, and of every mode of a structure, against the base, by its name,
+        in each test.
     base : tuple of JointMotion
         Of the base itself; at rest where a force drives.
     """
@@ -55,13 +58,28 @@ def motions_of(model: Model, tests: Sequence[Test]) -> Motions:
     """Return the motion of every place in tests."""
     relative = []
     for test in tests:
-        both = np.split(mass_motions(model, test), 2)
-        moved = {
-            name: JointMotion(z, v) for name, z, v in zip(model.masses, *both, strict=True)
-        }
+        z, v = np.split(coordinate_motions(model, test), 2)
         still = np.zeros(test.n_samples)
-        relative.append({BASE: JointMotion(still, still), **moved})
+        relative.append({BASE: JointMotion(still, still), **moved_places(model, z, v)})
     return Motions(tuple(relative), tuple(_base(model, test) for test in tests))
+
+
+def moved_places(model: Model, z: FloatArray, v: FloatArray) -> dict[str, JointMotion]:
+    """Return the motion of each coordinate and place.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    z, v : (n_coordinates, n) array
+        Displacements [m] and velocities [m/s] of masses and modes of structures.
+    """
+    n, alone = model.n_coordinates, coordinates_of(model, ())
+    own = zip(alone.names[:n], z, v, strict=True)
+    points = ((point, alone.at(point)[:n]) for point in model.points)
+    return {name: JointMotion(*both) for name, *both in own} | {
+        point: JointMotion(row @ z, row @ v) for point, row in points
+    }
 
 
 def _base(model: Model, test: Test) -> JointMotion:

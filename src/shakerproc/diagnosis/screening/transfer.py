@@ -39,7 +39,7 @@ class LinearModel:
     system : System
         The same, assembled.
     sensors : tuple of int
-        Sensors that move with a mass, by their place among those of the model.
+        Sensors that do not sit on the base, by their place among those of the model.
     """
 
     model: Model
@@ -47,22 +47,19 @@ class LinearModel:
     sensors: tuple[int, ...]
 
     @property
-    def _sensed(self) -> list[tuple[int, int, Measures]]:
-        """Mass, derivative and quantity of every sensor that is used."""
-        every = list(self.model.sensors.values())
-        rows = list(self.model.masses)
-        return [
-            (rows.index(every[i].at), _DERIVATIVE[every[i].measures], every[i].measures)
-            for i in self.sensors
-        ]
+    def _sensed(self) -> list[tuple[FloatArray, int, Measures]]:
+        """Displacement by unit coordinates, derivative and quantity of every sensor used."""
+        every = [list(self.model.sensors.values())[i] for i in self.sensors]
+        places = self.system.places
+        return [(places[s.at], _DERIVATIVE[s.measures], s.measures) for s in every]
 
     def direction(self, joint: Joint, *, second_only: bool = False) -> FloatArray:
-        """Return how unit displacements of the masses stretch a joint, (n,) array [-]."""
+        """Return how unit coordinates stretch a joint, (n,) array [-]."""
         row = np.zeros(len(self.system.names))
         places = joint[1:] if second_only else joint
         for place, sign in zip(places[::-1], (1.0, -1.0), strict=False):
             if place != BASE:
-                row[self.system.names.index(place)] = sign
+                row += sign * self.system.places[place]
         return row
 
     def compliance(self, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
@@ -73,7 +70,9 @@ class LinearModel:
         """Return what sensors show of forces, (n_sensors, n_forces, n_frequencies) [unit/N]."""
         moved = self.compliance(frequency, forces)
         s = 2j * np.pi * frequency
-        shown = [s**order * moved[:, mass].T for mass, order, _ in self._sensed]
+        shown = [
+            s**order * np.tensordot(row, moved, axes=(0, 1)).T for row, order, _ in self._sensed
+        ]
         return np.array(shown)
 
     def by_input(self, frequency: FloatArray) -> ComplexArray:
@@ -121,7 +120,9 @@ class LinearModel:
         def spectrum(pole: complex, shape: ComplexArray) -> ComplexArray:
             growth = np.exp(pole / sample_rate)
             total = (1.0 - growth**n_samples) / (1.0 - growth * turn)
-            at = np.array([pole**order * shape[mass] for mass, order, _ in self._sensed])
+            at = np.array([
+                pole**order * (row @ shape[: row.size]) for row, order, _ in self._sensed
+            ])
             return np.asarray(at[:, None] * total)
 
         found = []
@@ -135,5 +136,5 @@ class LinearModel:
 
 def linear_model(model: Model) -> LinearModel:
     """Return the linear part of a model."""
-    sensors = tuple(i for i, s in enumerate(model.sensors.values()) if s.at in model.masses)
+    sensors = tuple(i for i, s in enumerate(model.sensors.values()) if s.at != BASE)
     return LinearModel(model, assemble(model), sensors)

@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.models import Sensor
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 from shakerproc.simulation.harmonic_balance import (
@@ -139,8 +140,10 @@ def _smooth(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _draw_backbone(axis: "Axes", response: Response, free: Backbone, sensor: Sensor) -> None:
-    row = list(response.model.masses).index(sensor.at)
-    size = np.sum(np.abs(free.coefficients[:, row]), axis=-1)
+    moved = np.tensordot(
+        free.coefficients, coordinates_of(response.model).at(sensor.at), axes=(1, 0)
+    )
+    size = np.sum(np.abs(moved), axis=-1)
     inside = (free.frequency > response.band[0]) & (free.frequency < response.band[1])
     low, high = axis.get_ylim()
     axis.semilogy(free.frequency[inside], size[inside], color="#767676", ls=":", lw=1.3)

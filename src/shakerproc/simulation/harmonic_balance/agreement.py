@@ -41,5 +41,5 @@ def difference_from_simulation(found: Response) -> float:
         order=branch.balance.order,
         n_samples=CLOSE // branch.balance.order,
     )
-    apart = np.abs(stepped.displacement[0, :-1] - samples)
+    apart = np.abs(stepped.motion[0, :-1] - samples)
     return float(np.max(apart) / np.max(np.abs(samples)))

@@ -8,7 +8,8 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
-from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
+from shakerproc.models import AbstractMemorylessEffect, Element, Model
+from shakerproc.models.coordinates import Coordinates, coordinates_of
 from shakerproc.models.laws import Law, Row
 from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance.friction import DryFrictionLaw
@@ -38,8 +39,7 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
     Returns
     -------
     PeriodicSystem
-        Its degrees of freedom are the masses in their order, then the attached modes and
-        the further modes, all relative to the base.
+        Its degrees of freedom are the coordinates of the model.
 
     Raises
     ------
@@ -47,38 +47,13 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
         If the model has no periodic motion, as its properties change with time.
     """
     elements = resolved(model)
-    attached = [(element, row) for element in elements for row in _rows(element, Law.ATTACHED)]
-    names = list(model.masses)
-    mass = np.diag([
-        *model.rigid_masses.values(),
-        *(row.values[0] for _, row in attached),
-        *(mode.mass for mode in model.modes),
-    ])
-    damping, stiffness = np.zeros_like(mass), np.zeros_like(mass)
-    for element in elements:
-        direction = _direction(element, names, mass.shape[0])
-        for row in _rows(element, Law.LINEAR):
-            stiffness += row.values[0] * np.outer(direction, direction)
-            damping += row.values[1] * np.outer(direction, direction)
-    for i, (element, row) in enumerate(attached):
-        direction = np.zeros(mass.shape[0])
-        direction[len(names) + i] = 1.0
-        direction[names.index(element.between[1])] = -1.0
-        stiffness += row.values[1] * np.outer(direction, direction)
-        damping += row.values[2] * np.outer(direction, direction)
-    for i, mode in enumerate(model.modes):
-        direction = np.zeros(mass.shape[0])
-        direction[len(names) + len(attached) + i] = 1.0
-        for name, share in mode.participation.items():
-            direction[names.index(name)] = -share
-        stiffness += mode.stiffness * np.outer(direction, direction)
-        damping += mode.damping * np.outer(direction, direction)
-    placed = [(_direction(element, names, mass.shape[0]), element) for element in elements]
+    linear = coordinates_of(model, elements)
+    placed = [(linear.across(element.between), element) for element in elements]
     return PeriodicSystem(
-        mass,
-        damping,
-        stiffness,
-        _load(model, mass, level),
+        np.diag(linear.mass),
+        linear.damping,
+        linear.stiffness,
+        _load(model, linear, level),
         couplings=tuple(
             Coupling(direction, _law(model, element), _name(element))
             for direction, element in placed
@@ -92,25 +67,13 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
     )
 
 
-def _load(model: Model, mass: FloatArray, level: float) -> ComplexArray:
+def _load(model: Model, linear: Coordinates, level: float) -> ComplexArray:
     if model.excitation.kind not in {"base acceleration", "force"}:
         raise ModelError(
             f"{model.title}: harmonic balance needs a base or a force that drives the model, "
             f"not {model.excitation.kind}. Use simulate."
         )
-    if model.excitation.on is None:
-        return np.asarray(-level * mass.sum(axis=1), np.complex128)
-    load = np.zeros(mass.shape[0], np.complex128)
-    load[list(model.masses).index(model.excitation.on)] = level
-    return load
-
-
-def _direction(element: Element, names: list[str], n_dofs: int) -> FloatArray:
-    direction = np.zeros(n_dofs)
-    for place, sign in zip(element.between, (-1.0, 1.0), strict=True):
-        if place != BASE:
-            direction[names.index(place)] = sign
-    return direction
+    return np.asarray(level * linear.load, np.complex128)
 
 
 def _rows(element: Element, law: Law) -> list[Row]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Model, Sensor
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.laws import Law
 from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance import fourier
@@ -21,11 +22,11 @@ _RATES: Final = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
 def sensors_of_model(model: Model) -> Mapping[str, Sensor]:
-    """Return the sensors of a model; without any, two for each mass."""
+    """Return the sensors of a model; without any, two for each mass and point."""
     if model.sensors:
         return model.sensors
     found: dict[str, Sensor] = {}
-    for name in model.masses:
+    for name in model.moving:
         found[f"{name} acceleration"] = Sensor(name, "acceleration")
         found[f"{name} displacement"] = Sensor(name, "relative displacement")
     return found
@@ -57,7 +58,8 @@ def sensor_harmonics(
     rate = 1j * omega / balance.order * balance.harmonics
     motion = np.zeros(rate.shape, np.complex128)
     if sensor.at != BASE:
-        motion = branch.coefficients[:, list(model.masses).index(sensor.at)].copy()
+        direction = coordinates_of(model).at(sensor.at)
+        motion = np.tensordot(branch.coefficients, direction, axes=(1, 0))
     relative = sensor.measures.startswith("relative")
     if model.excitation.on is None and not relative:
         motion[:, balance.harmonics == balance.order] -= level / omega**2
@@ -97,7 +99,10 @@ def gap_severity(model: Model, level: float) -> Mapping[str, float]:
     level : float
         Amplitude of the excitation [m/s²] or [N].
     """
-    force = level * (sum(model.masses.values()) if model.excitation.on is None else 1.0)
+    moved = sum(model.masses.values()) + sum(
+        float(np.sum(one.participations**2)) for one in model.structures.values()
+    )
+    force = level * (moved if model.excitation.on is None else 1.0)
     found: dict[str, float] = {}
     for element in resolved(model):
         closing = [

@@ -13,6 +13,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
+from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation.inputs import Input, prepare
 from shakerproc.simulation.response import simulate
 from shakerproc.simulation.simulation import Simulation
@@ -87,7 +88,7 @@ def periodic_orbit(
         state = state + step
         if correction < tolerance:
             last = _around(model, given, state)
-            return Orbit(state, monodromy, last.displacement[:, :-1])
+            return Orbit(state, monodromy, last.motion[: state.size // 2, :-1])
     return None
 
 
@@ -136,19 +137,20 @@ def _around(model: Model, given: Input, state: FloatArray) -> Simulation:
 
 
 def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
-    """Return a state as displacement and velocity of every mass, attached ones last."""
-    names = [*model.masses, *(f"attached {i}" for i in range(1, state.size))][: state.size // 2]
-    n = state.size // 2
+    """Return a state as displacement and velocity of every coordinate."""
+    names, n = coordinates_of(model).names, state.size // 2
     return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
 
 
 def _end(found: Simulation) -> FloatArray:
-    return np.concatenate([found.displacement[:, -1], found.velocity[:, -1]])
+    end: FloatArray = found.motion[: len(found.motion) - len(found.states), -1]
+    return end
 
 
 def _sizes(found: Simulation, omega: float) -> FloatArray:
     """Return how large each displacement and velocity is."""
-    amplitude = np.max(np.abs(found.displacement), axis=1)
+    moving = (len(found.motion) - len(found.states)) // 2
+    amplitude = np.max(np.abs(found.motion[:moving]), axis=1)
     amplitude = np.maximum(amplitude, 1e-6 * np.max(amplitude))
     return np.concatenate([amplitude, omega * amplitude])
 

@@ -10,10 +10,8 @@ from shakerproc.simulation.kernels.motion import between, sticks
 from shakerproc.simulation.kernels.series import law_series
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
-    FIRST,
     FORCE_TERMS,
     MEMORY,
-    SECOND,
     STATE,
     VELOCITY,
     Machine,
@@ -170,13 +168,10 @@ def note(
         c = store.carried[row]
         if c < 0:
             continue
-        second, first = machine.lines[row, SECOND], machine.lines[row, FIRST]
         for kind in range(2):
             total = 0.0
-            if second >= 0:
-                total += y[kind * n + second]
-            if first >= 0:
-                total -= y[kind * n + first]
+            for i in range(n):
+                total += machine.joints[row, i] * y[kind * n + i]
             line[side, c, kind] = total
         line[side, c, 2] = between(machine, row, series.a, 0, 0)
         if machine.lines[row, MEMORY] >= 0:

@@ -16,10 +16,8 @@ from shakerproc.simulation.kernels.motion import accelerate, begin, switch
 from shakerproc.simulation.kernels.roots import value
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
-    FIRST,
     HOLDING,
     MEMORY,
-    SECOND,
     STATE,
     Machine,
     Series,
@@ -135,10 +133,8 @@ def _slope(machine: Machine, row: int, kind: int, stage: int, work: FloatArray) 
         return work[stage, 2 * n + machine.lines[row, MEMORY]]
     first = 0 if kind == DISPLACEMENT else n
     total = 0.0
-    if machine.lines[row, SECOND] >= 0:
-        total += work[stage, first + machine.lines[row, SECOND]]
-    if machine.lines[row, FIRST] >= 0:
-        total -= work[stage, first + machine.lines[row, FIRST]]
+    for i in range(n):
+        total += machine.joints[row, i] * work[stage, first + i]
     return total
 
 

@@ -8,13 +8,11 @@ from shakerproc.simulation.kernels.modes import follow, series_limit, series_sli
 from shakerproc.simulation.kernels.series import law_series
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
-    FIRST,
     FRICTION,
     HOLDING,
     JENKINS,
     LAW,
     MEMORY,
-    SECOND,
     SERIES,
     STATE,
     VELOCITY,
@@ -28,38 +26,30 @@ IRRESISTIBLE: Final = 1e100
 
 @inlined
 def between(
-    machine: Machine, row: int, of_masses: FloatArray, start_at: int, order: int
+    machine: Machine, row: int, motions: FloatArray, start_at: int, order: int
 ) -> float:
     """Return what the second place of a line has more than the first, of one coefficient."""
-    second, first = machine.lines[row, SECOND], machine.lines[row, FIRST]
     total = 0.0
-    if second >= 0:
-        total += of_masses[start_at + second, order]
-    if first >= 0:
-        total -= of_masses[start_at + first, order]
+    for i in range(machine.joints.shape[1]):
+        total += machine.joints[row, i] * motions[start_at + i, order]
     return total
 
 
 @inlined
 def push(
-    machine: Machine, row: int, amount: float, of_masses: FloatArray, start_at: int, order: int
+    machine: Machine, row: int, amount: float, motions: FloatArray, start_at: int, order: int
 ) -> None:
     """Add to one coefficient what a force across a line, which resists motion, does."""
-    second, first = machine.lines[row, SECOND], machine.lines[row, FIRST]
-    if second >= 0:
-        of_masses[start_at + second, order] -= amount * machine.mobility[second]
-    if first >= 0:
-        of_masses[start_at + first, order] += amount * machine.mobility[first]
+    for i in range(machine.pushes.shape[1]):
+        motions[start_at + i, order] -= amount * machine.pushes[row, i]
 
 
 @inlined
 def push_and_read(machine: Machine, row: int, amount: float, a: FloatArray, order: int) -> None:
     """Push the accelerations, and add to the force that is read."""
     push(machine, row, amount, a, 0, order)
-    if machine.lines[row, SECOND] == machine.reads:
-        a[machine.mass.size, order] += amount
-    if machine.lines[row, FIRST] == machine.reads:
-        a[machine.mass.size, order] -= amount
+    if machine.reads >= 0:
+        a[machine.mass.size, order] += amount * machine.joints[row, machine.reads]
 
 
 @inlined
@@ -77,11 +67,8 @@ def read_linear(machine: Machine, order: int, series: Series) -> None:
 def mobility(machine: Machine, row: int, other: int) -> float:
     """Return the relative acceleration across a line for a unit force in another [1/kg]."""
     total = 0.0
-    for i in range(SECOND, FIRST + 1):
-        for j in range(SECOND, FIRST + 1):
-            place = machine.lines[row, i]
-            if place >= 0 and place == machine.lines[other, j]:
-                total += (1.0 if i == j else -1.0) * machine.mobility[place]
+    for i in range(machine.pushes.shape[1]):
+        total += machine.joints[row, i] * machine.pushes[other, i]
     return total
 
 

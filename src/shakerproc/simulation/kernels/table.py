@@ -30,9 +30,7 @@ SERIES: Final = int(Law.SERIES)
 TABLE: Final = int(Law.TABLE)
 
 LAW: Final = 0  # columns of `lines`
-SECOND: Final = 1
-FIRST: Final = 2
-MEMORY: Final = 3
+MEMORY: Final = 1
 
 NOBODY: Final = -2
 
@@ -46,12 +44,17 @@ class Machine(NamedTuple):
     Attributes
     ----------
     mass : (n,) array
-        Masses [kg].
+        Mass of each coordinate [kg]; 1 for a mode whose shape is mass-normalised.
     matrix : (n, 2 n + 1) array
         Accelerations for unit displacements, velocities and input, linear part alone.
-    lines : (r, 4) array of int
-        Law of each line, its second and first place (-1 is the base), and the index of its
-        state among all states, or -1.
+    lines : (r, 2) array of int
+        Law of each line, and the index of its state among all states, or -1.
+    joints : (r, n) array
+        Relative displacement of each line by unit displacements: what its second place has
+        more than its first.
+    pushes : (r, n) array
+        Accelerations that a unit force of each line takes away, 0 where the motion is
+        imposed [1/kg].
     values : (r, 6) array
         Numbers of each law.
     mode : (r, 2) array of int
@@ -65,8 +68,6 @@ class Machine(NamedTuple):
         Displacement and force of its turning points. Written to.
     tables : (any,) array
         Numbers of all tabulated laws, one after the other (see `tabulated`).
-    mobility : (n,) array
-        One over the mass, 0 where the motion is imposed [1/kg].
     reads : int
         Mass whose motion is imposed, the force for which is read; or NOBODY.
     reading : (1, 2 n + 1) array
@@ -77,12 +78,13 @@ class Machine(NamedTuple):
     mass: FloatArray
     matrix: FloatArray
     lines: NDArray[np.int64]
+    joints: FloatArray
+    pushes: FloatArray
     values: FloatArray
     mode: NDArray[np.int64]
     anchor: FloatArray
     stack: FloatArray
     tables: FloatArray
-    mobility: FloatArray
     reads: int
     reading: FloatArray
 

@@ -1,0 +1,233 @@
+"""Modes of a test and of a model, side by side: frequency, damping, MAC."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.comparison.measured import Measured
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.errors import ShakerprocError
+from shakerproc.modal import ModeSet, mac
+from shakerproc.modal.analysis import TestModes
+from shakerproc.modal.from_log import analyse_test
+from shakerproc.modal.tracking import LEAST_MAC, MOST_SHIFT, TELLING
+from shakerproc.models import BASE, Model
+from shakerproc.models.coordinates import coordinates_of
+from shakerproc.testlog import TestLog
+
+FARTHEST: Final = 2.0
+"""Ratio of frequencies beyond which shapes alike at the sensors are those of other modes: the
+next family of a beam or plate lies a factor of 2 or more away [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class NaturalModes:
+    """Modes of the linear part of a model; laws that are not linear are left out.
+
+    Attributes
+    ----------
+    frequency, damping : (n_modes,) array
+        Undamped natural frequency [Hz], rising, and damping ratio [-].
+    shapes : (n_modes, n_places) complex array
+        Displacement of places against the base, in any scale [-].
+    """
+
+    frequency: FloatArray
+    damping: FloatArray
+    shapes: ComplexArray
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ModePair:
+    """A mode of a test beside that of the model; None for a partner that is missing.
+
+    Attributes
+    ----------
+    measured_hz, model_hz : float or None
+        Natural frequencies [Hz].
+    measured_damping, model_damping : float or None
+        Damping ratios [-].
+    mac : float or None
+        Modal assurance criterion of both shapes at the sensors [-]; None of a single sensor.
+    """
+
+    measured_hz: float | None
+    model_hz: float | None
+    measured_damping: float | None
+    model_damping: float | None
+    mac: float | None = None
+
+    @property
+    def difference(self) -> float | None:
+        """Frequency of the model less that of the test, over the latter [-]."""
+        if self.measured_hz is None or self.model_hz is None:
+            return None
+        return self.model_hz / self.measured_hz - 1.0
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ComparedModes:
+    """Modes of a test and of a model.
+
+    Attributes
+    ----------
+    test : str
+        Which test.
+    sensors : tuple of str
+        Over which shapes are compared.
+    pairs : tuple of ModePair
+        By frequency, those without partner among them.
+    macs : (n_measured, n_model) array
+        MAC of every mode of the test with every mode of the model in the band [-].
+    """
+
+    test: str
+    sensors: tuple[str, ...]
+    pairs: tuple[ModePair, ...]
+    macs: FloatArray
+
+    @property
+    def sentence(self) -> str:
+        """How far the frequencies are apart, and what has no partner."""
+        shifts = [(pair.difference or 0.0, pair) for pair in self.pairs if pair.difference]
+        told = f"Test {self.test} and the model have no mode in common."
+        if shifts:
+            worst, pair = max(shifts, key=lambda one: abs(one[0]))
+            told = (
+                f"Of {len(shifts)} modes in common with test {self.test} the model is off most "
+                f"at {pair.measured_hz:.4g} Hz: {100.0 * worst:+.2g} %."
+            )
+        alone = [f"{p.measured_hz:.4g} Hz" for p in self.pairs if p.model_hz is None]
+        if alone:
+            told += f" The model has no partner for {', '.join(alone)}."
+        return told
+
+
+def natural_modes(model: Model, places: Sequence[str]) -> NaturalModes:
+    """Return the modes of the linear part of a model, with shapes at places."""
+    linear = coordinates_of(model)
+    n = linear.mass.size
+    by_mass = 1.0 / linear.mass[:, np.newaxis]
+    state = np.block([
+        [np.zeros((n, n)), np.eye(n)],
+        [-by_mass * linear.stiffness, -by_mass * linear.damping],
+    ])
+    poles, vectors = np.linalg.eig(state)
+    turning = np.flatnonzero(poles.imag > 0.0)
+    turning = turning[np.argsort(np.abs(poles[turning]))]
+    rows = np.array([linear.at(place) for place in places]).reshape(-1, n)
+    poles = poles[turning]
+    return NaturalModes(
+        np.abs(poles) / (2.0 * np.pi),
+        -poles.real / np.abs(poles),
+        np.asarray((rows @ vectors[:n, turning]).T, np.complex128),
+    )
+
+
+def compared_modes(model: Model, log: TestLog, tests: Sequence[Measured]) -> ComparedModes:
+    """Return the modes of the test of the smallest drive that tells any beside a model's.
+
+    Parameters
+    ----------
+    model : Model
+        What is compared; its structure, masses and joints.
+    log : TestLog
+        How modes are looked for (``modal:``).
+    tests : sequence of Measured
+        The tests that are compared.
+
+    Raises
+    ------
+    ShakerprocError
+        If no test has a band in which modes can be looked for, or its recording does not
+        allow it.
+    """
+    banded = [test for test in tests if test.test.band is not None]
+    if not banded:
+        raise ShakerprocError("no test has a band (from, to) in which to look for modes")
+    chosen, found = _gentlest(log, sorted(banded, key=lambda one: float(np.std(one.input))))
+    names = [
+        name
+        for name in found.sensor_names
+        if name in model.sensors
+        and model.sensors[name].measures == "acceleration"
+        and model.sensors[name].at != BASE
+    ]
+    rows = [found.sensor_names.index(name) for name in names]
+    theirs = natural_modes(model, [model.sensors[name].at for name in names])
+    low, high = found.band
+    inside = (theirs.frequency > low / FARTHEST) & (theirs.frequency < FARTHEST * high)
+    kept = NaturalModes(theirs.frequency[inside], theirs.damping[inside], theirs.shapes[inside])
+    macs = mac(found.modes.shapes[:, rows], kept.shapes)
+    pairs = paired(found.modes, kept, macs, len(names), (low, high))
+    return ComparedModes(chosen.name, tuple(names), pairs, macs)
+
+
+def _gentlest(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, TestModes]:
+    """Return the first of some tests that can be analysed, and its modes.
+
+    Raises
+    ------
+    ShakerprocError
+        If none can; why the first cannot.
+    """
+    failed: list[ShakerprocError] = []
+    for one in tests:
+        try:
+            return one, analyse_test(log, one.test, log.modal)
+        except ShakerprocError as error:
+            failed.append(error)
+    raise failed[0]
+
+
+def paired(
+    measured: ModeSet,
+    model: NaturalModes,
+    macs: FloatArray,
+    n_sensors: int,
+    band: tuple[float, float],
+) -> tuple[ModePair, ...]:
+    r"""Return modes with their partners, by least sum of :math:`1 - MAC + |\ln f_1 / f_2|`.
+
+    Parameters
+    ----------
+    measured, model : ModeSet, NaturalModes
+        Both sets.
+    macs : (n_measured, n_model) array
+        MAC of every pair [-].
+    n_sensors : int
+        Over which shapes are compared; fewer than three do not tell modes apart, and
+        frequencies alone count.
+    band : (float, float)
+        Within which a mode of the model without partner is told [Hz].
+    """
+    shift = np.abs(np.log(measured.frequency[:, np.newaxis] / model.frequency))
+    told = n_sensors >= TELLING
+    cost = shift + float(told) * (1.0 - macs)
+    never = shift > (np.log(FARTHEST) if told else MOST_SHIFT)
+    if told:
+        never |= macs < LEAST_MAC
+    rows, columns = scipy.optimize.linear_sum_assignment(np.where(never, 1e6, cost))
+    partners = {int(i): int(j) for i, j in zip(rows, columns, strict=True) if not never[i, j]}
+    pairs = []
+    for i, frequency in enumerate(measured.frequency):
+        j = partners.get(i)
+        pairs.append(
+            ModePair(
+                float(frequency),
+                None if j is None else float(model.frequency[j]),
+                float(measured.damping[i]),
+                None if j is None else float(model.damping[j]),
+                None if j is None or n_sensors < 2 else float(macs[i, j]),
+            )
+        )
+    for j, frequency in enumerate(model.frequency):
+        if j not in partners.values() and band[0] <= frequency <= band[1]:
+            pairs.append(ModePair(None, float(frequency), None, float(model.damping[j])))
+    return tuple(sorted(pairs, key=lambda one: one.measured_hz or one.model_hz or 0.0))

@@ -1,0 +1,221 @@
+"""An elastic body of a model, by its modes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc import checks
+from shakerproc.data import FloatArray
+
+MASS_TOLERANCE: Final = 0.01
+"""Departure of the mass that modes move from that of the structure: shapes come with four
+digits or more, and units are wrong by a thousand [-]."""
+
+ABOVE: Final = 5.0
+"""Frequency of the mode that stands for those that are left out, over the highest that is not:
+there its flexibility is off by 1 / 25 [-]."""
+
+_MOVED: Final = 1e-3
+"""Departure of the base motion from what rigid-body modes span at the points: shapes come with
+four digits or more [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StructureMode:
+    r"""One mode of a structure, its shape mass-normalised.
+
+    .. math:: \ddot q + 2 \zeta \, 2 \pi f \dot q + (2 \pi f)^2 q
+        = \textstyle\sum_p \phi_p F_p - \gamma \ddot y
+
+    Attributes
+    ----------
+    frequency : float
+        Natural frequency; 0 for a rigid-body mode, :math:`f` [Hz].
+    damping_ratio : float
+        :math:`\zeta` [-].
+    shape : tuple of float
+        Displacement of each point, :math:`\phi_p` [1/sqrt(kg)].
+    participation : float, optional
+        :math:`\gamma` of a base acceleration, where the modes are those of a fixed base
+        [sqrt(kg)].
+    """
+
+    frequency: float
+    damping_ratio: float
+    shape: tuple[float, ...]
+    participation: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.not_negative("frequency", self.frequency, "Hz")
+        checks.not_negative("damping_ratio", self.damping_ratio, "1")
+        object.__setattr__(self, "shape", tuple(map(float, self.shape)))
+        for value in self.shape:
+            checks.finite("shape", value, "1/sqrt(kg)")
+        if self.participation is not None:
+            checks.finite("participation", self.participation, "sqrt(kg)")
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it is a rigid-body mode."""
+        return self.frequency == 0.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """An elastic body that moves in its modes, seen at some points.
+
+    Attributes
+    ----------
+    points : tuple of str
+        Names of its points, each with the direction in which it is seen, such as ``foot 1/x``,
+        where there are several.
+    modes : tuple of StructureMode
+        Its modes; free-free with the rigid-body modes, or of a fixed base with participations.
+    direction : str, optional
+        Direction in which the base moves, ``x`` of ``foot 1/x``; without it all points are seen
+        in that direction.
+    residual : mapping of str to float
+        Flexibility at points of the modes that are left out [m/N].
+
+    Raises
+    ------
+    ValueError
+        If a shape has another number of values than there are points, a mode moves none of
+        them, or nothing says how a base acceleration acts.
+    """
+
+    points: tuple[str, ...]
+    modes: tuple[StructureMode, ...]
+    direction: str | None = None
+    residual: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", tuple(self.points))
+        object.__setattr__(self, "residual", MappingProxyType(dict(self.residual)))
+        object.__setattr__(self, "modes", tuple(self.modes))
+        if not self.points:
+            raise ValueError("a structure needs points, such as points: [foot 1, tip]")
+        if not self.modes:
+            raise ValueError("a structure needs modes")
+        for i, mode in enumerate(self.modes, 1):
+            if len(mode.shape) != len(self.points):
+                raise ValueError(
+                    f"mode {i}: the shape has {len(mode.shape)} values for "
+                    f"{len(self.points)} points"
+                )
+            if not any(mode.shape):
+                raise ValueError(f"mode {i} moves none of the points; leave it out")
+        for point, flexibility in self.residual.items():
+            checks.positive(f"residual of {point}", flexibility, "m/N")
+            if point not in self.points:
+                raise ValueError(f"residual: no point {point!r}")
+        if self.residual and not any(mode.frequency for mode in self.modes):
+            raise ValueError("a residual flexibility needs an elastic mode below it")
+
+    def __reduce__(self) -> tuple[type["Structure"], tuple[object, ...]]:
+        """Let a structure travel to another process (a mapping proxy cannot)."""
+        return Structure, (self.points, self.modes, self.direction, dict(self.residual))
+
+    @property
+    def carried(self) -> tuple[StructureMode, ...]:
+        r"""The modes, and one for each residual flexibility, far above them.
+
+        .. math:: \phi_p = \omega \sqrt{R_p}, \qquad
+            \phi_p^2 / \omega^2 = R_p \quad\text{at rest}
+        """
+        if not self.residual:
+            return self.modes
+        highest = max(self.modes, key=lambda mode: mode.frequency)
+        frequency = ABOVE * highest.frequency
+        return self.modes + tuple(
+            StructureMode(
+                frequency,
+                highest.damping_ratio,
+                tuple(
+                    2.0 * np.pi * frequency * np.sqrt(self.residual[point])
+                    if other == point
+                    else 0.0
+                    for other in self.points
+                ),
+                0.0 if self.of_fixed_base else None,
+            )
+            for point in self.residual
+        )
+
+    @property
+    def shapes(self) -> FloatArray:
+        """Mass-normalised shapes of what is carried, (n_points, n) array [1/sqrt(kg)]."""
+        return np.array([mode.shape for mode in self.carried], float).T
+
+    @property
+    def of_fixed_base(self) -> bool:
+        """Whether the modes are those of a fixed base."""
+        return not any(mode.rigid for mode in self.modes)
+
+    @property
+    def moved_by_base(self) -> FloatArray:
+        """Displacement of the points where all moves with the base, (n_points,) array [-]."""
+        if self.direction is None:
+            return np.ones(len(self.points))
+        return np.array([float(p.endswith(f"/{self.direction}")) for p in self.points])
+
+    def check_mass(self, mass: float) -> None:
+        r"""Pass modes that move the mass of the structure with the base [kg].
+
+        All of it by rigid-body modes, at most all by those of a fixed base:
+
+        .. math:: \textstyle\sum_r \gamma_r^2 = m
+
+        Raises
+        ------
+        ValueError
+            If they do not: units of the shapes, or the mass for which they are normalised.
+        """
+        moved = float(np.sum(self.participations**2))
+        enough = self.of_fixed_base or moved > (1.0 - MASS_TOLERANCE) * mass
+        if not enough or moved > (1.0 + MASS_TOLERANCE) * mass:
+            advice = " The factor of 1000 is that of tonnes: state mass_unit: t."
+            factor = mass / moved
+            near = any(abs(factor / f - 1.0) < 0.1 for f in (1e-3, 1e3))
+            raise ValueError(
+                f"the modes move {moved:.4g} kg with the base, and mass says {mass:.4g} kg."
+                + (advice if near else " Check how the shapes are normalised")
+            )
+
+    @property
+    def participations(self) -> FloatArray:
+        r"""Participation of what is carried in a base acceleration, (n,) array [sqrt(kg)].
+
+        As stated; else, of rigid-body modes, that in which all points move as the base does.
+
+        .. math:: \textstyle\sum_r \phi_{pr} \gamma_r = 1
+
+        Raises
+        ------
+        ValueError
+            If no participation is stated, and the rigid-body modes do not move as the base.
+        """
+        stated = [mode.participation for mode in self.carried]
+        if any(value is not None for value in stated):
+            return np.array([value or 0.0 for value in stated])
+        rigid = np.array([mode.rigid for mode in self.carried])
+        found = np.zeros(rigid.size)
+        if not rigid.any():
+            raise ValueError(
+                "no rigid-body mode (0 Hz) and no participation, so that nothing says how a "
+                "base acceleration acts. State participation of each mode, in sqrt(kg)"
+            )
+        wanted, spanned = self.moved_by_base, self.shapes[:, rigid]
+        found[rigid] = np.linalg.lstsq(spanned, wanted, rcond=None)[0]
+        left = np.max(np.abs(spanned @ found[rigid] - wanted))
+        if left > _MOVED:
+            raise ValueError(
+                f"no sum of the rigid-body modes (0 Hz) moves all points as the base does: "
+                f"{left:.2g} of it is left. Check their shapes, or state participation"
+            )
+        return found
