@@ -18,6 +18,7 @@ def test_the_antenna_resonates_at_62_hz_glued_and_at_56_hz_loose(tmp_path):
     example.write(tmp_path)
     for name, frequency in (("model.yaml", 62.0), ("truth.yaml", 56.0)):
         model = read_model(tmp_path / name)
-        assert natural_modes(model, ["tip"]).frequency[0] == pytest.approx(frequency, rel=2e-3)
+        found = natural_modes(model, ["tip"]).frequency[0]
+        assert found == pytest.approx(frequency, abs=0.5)  # it is told in whole Hz
     structure = model.structures["antenna"]
     assert sum(structure.participations**2) == pytest.approx(example.PLATE.mass, rel=1e-6)

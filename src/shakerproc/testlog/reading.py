@@ -137,9 +137,8 @@ class _Reader:
         channels, processing = self._merged(i, section)
         with _At(self.document, "tests", i):
             profile = fitting_profile(self.profiles, section, level_unit)
-        low, high = _ends(section, profile)
-        unit = level_unit if profile is None else profile.unit
-        with _At(self.document, "tests", i):
+            low, high = _ends(section, profile)
+            unit = level_unit if profile is None else profile.unit
             tones = tones_of(section.tones or (), (low, high), unit)
         test = Test(
             id=section.id,

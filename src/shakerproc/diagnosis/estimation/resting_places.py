@@ -108,7 +108,7 @@ def _may_shift(data: DataSet, model: Model, joint: Joint) -> bool:
 
 
 def apart(model: Model, joint: Joint) -> FloatArray:
-    """Return what a joint sees of unit coordinates, (n_coordinates,) array [-]."""
+    """Return the motion of a joint by unit coordinates, (n_coordinates,) array [-]."""
     return coordinates_of(model, ()).across(joint)[: model.n_coordinates]
 
 

@@ -41,7 +41,7 @@ def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
 
 
 def _sees(seen: Seen, places: Mapping[str, FloatArray]) -> FloatArray:
-    """Return what is measured by unit displacements, then unit velocities."""
+    """Return the outputs of sensors by unit displacements, then unit velocities."""
     still = np.zeros_like(next(iter(places.values())))
     velocities = [np.concatenate([still, places[at]]) for at, _ in seen]
     displacements = [np.concatenate([places[at], still]) for at, placed in seen if placed]

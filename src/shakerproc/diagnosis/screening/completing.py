@@ -48,7 +48,7 @@ class Lacking:
 
 
 def untold(linear: LinearModel, frequency: FloatArray) -> FloatArray:
-    r"""Return what of the motion the model tells, (n, n, n_frequencies) array [-].
+    r"""Return the share of the motion that the model tells, (n, n, n_frequencies) array [-].
 
     .. math:: I - L \, \mathrm{diag}(t) \, S
 
@@ -117,7 +117,7 @@ def completed(
 def _change(
     linear: LinearModel, lacking: Lacking, before: FloatArray, sample_rate: float
 ) -> FloatArray:
-    """Return what to add to displacement and velocity, (n_coordinates, 2, n) array."""
+    """Return the changes of displacement and velocity, (n_coordinates, 2, n) array."""
     size, n = lacking.forces.shape[1], len(before)
     length = scipy.fft.next_fast_len(size + size // 8, real=True)
     frequency = scipy.fft.rfftfreq(length, 1.0 / sample_rate)
