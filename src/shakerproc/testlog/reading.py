@@ -131,7 +131,7 @@ class _Reader:
         if not section.discarded:
             with _At(self.document, "tests", i):
                 check_keys(section)
-        specimen = self._specimen(i, section)
+        specimen, actual = self._specimen(i, section), section.actual_clearance
         level, level_unit = self._level(i, section)
         per_octave, linear = self._rate(i, section)
         channels, processing = self._merged(i, section)
@@ -146,14 +146,8 @@ class _Reader:
             joint=section.joint or "",
             specimen=section.specimen or "",
             clearance=specimen.nominal if section.clearance is None else section.clearance,
-            actual_clearance=(
-                specimen.actual
-                if section.actual_clearance is None
-                else section.actual_clearance
-            ),
-            actual_axial_clearance=(
-                specimen.actual_axial if section.actual_clearance is None else None
-            ),
+            actual_clearance=specimen.actual if actual is None else actual,
+            actual_axial_clearance=specimen.actual_axial if actual is None else None,
             orientation=section.orientation or "",
             excitation=section.excitation,
             level=level,
