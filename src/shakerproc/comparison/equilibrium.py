@@ -1,6 +1,6 @@
 """Which joint forces follow from the accelerations of the masses that have a sensor."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -52,7 +52,7 @@ def joints_of(model: Model, sensed: Collection[str]) -> tuple[Joint, ...]:
     sensed : collection of str
         Places whose acceleration is measured.
     """
-    pairs = _pairs(model)
+    pairs = pairs_of(model)
     forces, names = _incidence(model, pairs)
     here = [i for i, mass in enumerate(model.masses) if mass in sensed]
     told, told_by_all = _solved(forces[here]), _solved(forces)
@@ -79,16 +79,16 @@ def joints_of(model: Model, sensed: Collection[str]) -> tuple[Joint, ...]:
     return tuple(found)
 
 
-def _pairs(model: Model) -> list[tuple[str, str]]:
-    """Return every joint once, in the direction in which it is first written."""
+def pairs_of(model: Model) -> tuple[tuple[str, str], ...]:
+    """Return the places of every joint once, in the direction in which it is first written."""
     pairs: dict[frozenset[str], tuple[str, str]] = {}
     for element in model.elements:
         if not isinstance(element.effect, AttachedMode):
             pairs.setdefault(frozenset(element.between), element.between)
-    return list(pairs.values())
+    return tuple(pairs.values())
 
 
-def _incidence(model: Model, pairs: list[tuple[str, str]]) -> tuple[FloatArray, list[str]]:
+def _incidence(model: Model, pairs: Sequence[tuple[str, str]]) -> tuple[FloatArray, list[str]]:
     """Return what a unit of each force does to each mass, and the names of modes."""
     row = {mass: i for i, mass in enumerate(model.masses)}
     columns, names = [], []
@@ -120,7 +120,7 @@ def _solved(forces: FloatArray) -> list[FloatArray | None]:
     ]
 
 
-def _loop(forces: FloatArray, k: int, pairs: list[tuple[str, str]]) -> str:
+def _loop(forces: FloatArray, k: int, pairs: Sequence[tuple[str, str]]) -> str:
     """Return the joints that share a loop with one of them."""
     alone = forces[:, : len(pairs)]
     open_ = np.eye(len(pairs)) - np.linalg.pinv(alone) @ alone

@@ -15,10 +15,10 @@ from shakerproc.comparison.free_run_error import (
     standard_error,
 )
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted
-from shakerproc.comparison.noise_sources import SEGMENT, WINDOW
+from shakerproc.comparison.noise_sources import smoothed
 from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import FloatArray
-from shakerproc.spectra import cross_spectra, psd
+from shakerproc.spectra import psd
 
 BEATEN_BY: Final = 2.0
 """Standard errors below a floor at which an error refutes it (a starting value) [-]."""
@@ -113,8 +113,7 @@ def floor_of(prediction: Prediction, pair: Pair, refuted: Refuted = NOT_REFUTED)
 
 def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
     """Return smoothed densities at the bins of a pair, (n_rows, n_frequencies) array."""
-    segment = min(SEGMENT, rows.shape[1])
-    cross = cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
+    cross = smoothed(rows, sample_rate)
     return np.array([np.interp(pair.frequency, cross.frequency, row) for row in psd(cross)])
 
 

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from shakerproc.comparison.joints import law_along
 from shakerproc.comparison.measured import Measured
 from shakerproc.data import FloatArray
 from shakerproc.models import BASE, Model
+from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.assembly import assemble
 
 _ENDS = 8
@@ -33,13 +35,12 @@ def mean_force(model: Model, measured: Measured) -> float:
     for mass, velocity in velocities.items():
         gained = float(velocity[-_ENDS:].mean() - velocity[:_ENDS].mean())
         found += model.masses[mass] * gained / duration
-    for element in model.elements:
+    for element in resolved(model):
         if BASE not in element.between:
             continue
-        first, second = element.between
-        mass, sign = (second, 1.0) if first == BASE else (first, -1.0)
-        force = element.effect.force_along(sign * moved[mass], sign * velocities[mass], rate)
-        found += sign * float(force.mean())
+        (mass,) = set(element.between) - {BASE}
+        force = law_along(element, (BASE, mass), moved[mass], velocities[mass], rate)
+        found += float(force.mean())
     return found
 
 

@@ -83,11 +83,11 @@ def frequencies(sample_rate: float) -> FloatArray:
 
 def density(rows: FloatArray, sample_rate: float) -> FloatArray:
     """Return smoothed densities at `frequencies`, (n_rows, n_frequencies) array [unit^2/Hz]."""
-    return _density(_smoothed(rows, sample_rate), sample_rate)
+    return _density(smoothed(rows, sample_rate), sample_rate)
 
 
-def _smoothed(rows: FloatArray, sample_rate: float) -> CrossSpectra:
-    """Return the spectra that tell the noise."""
+def smoothed(rows: FloatArray, sample_rate: float) -> CrossSpectra:
+    """Return the cross-spectra of rows [unit], as smooth as noise is in frequency."""
     segment = min(SEGMENT, rows.shape[1])
     return cross_spectra(rows, sample_rate, segment=segment, window=WINDOW)
 
@@ -303,7 +303,7 @@ def _quartile(rows: FloatArray, test: Channels, low: float) -> FloatArray | None
     inside = (frequency > low) & (frequency < high)
     if np.count_nonzero(inside) < FEWEST_BINS:
         return None
-    cross = _smoothed(rows, test.sample_rate)
+    cross = smoothed(rows, test.sample_rate)
     doubled = 2.0 * cross.effective_averages
     low_by = scipy.stats.chi2.ppf(0.25, doubled) / doubled
     least = np.quantile(_density(cross, test.sample_rate)[:, inside], 0.25, axis=1) / low_by

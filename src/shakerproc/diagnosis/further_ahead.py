@@ -13,14 +13,15 @@ from shakerproc.diagnosis.selection.scores import Score
 
 def falls_short(found: Found, score: Score) -> bool:
     """Return whether a hypothesis fails at a longer horizon at which noise lets predict."""
-    for beyond in found.form.beyond[:1]:
-        there = carried(found.data, score.fit, [beyond])
-        if there is None:
-            return True
-        left = error_of(found.data, there, beyond.held_out)
-        floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
-        return left > LONGER * found.left_by(score) and not is_within(left, floor)
-    return False
+    if not found.form.beyond:
+        return False
+    beyond = found.form.beyond[0]
+    there = carried(found.data, score.fit, [beyond])
+    if there is None:
+        return True
+    left = error_of(found.data, there, beyond.held_out)
+    floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
+    return left > LONGER * found.left_by(score) and not is_within(left, floor)
 
 
 def ahead(data: DataSet, found: Fit, form: Form) -> Fit:

@@ -29,7 +29,8 @@ def with_all(
 ) -> Found:
     """Return the same with every effect, where none of those that explain more can be named.
 
-    And more than noise is left. Those `known` race, too.
+    And more than noise is left. Those `known` race, too; none where motions are imposed, and
+    so held already.
     """
     if not wants_more(found):
         return found
@@ -62,7 +63,7 @@ def _raced(campaign: Campaign, known: Known, say: Callable[[str], None]) -> list
     Where windows lead astray, a model that is held finds its numbers.
     """
     data = campaign.data
-    if data.model.excitation.imposed:  # its motion is held already
+    if not known:
         return []
     none, ladder = hypothesis_of(data.model), ladder_of(data)
     base = at_first(data, none, np.zeros(none.size), ladder)

@@ -7,8 +7,9 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.errors import LogError
-from shakerproc.forecasts.motion import What, joints_of_model
+from shakerproc.forecasts.motion import What
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
@@ -130,7 +131,7 @@ def _of_joint(limit: Limit, model: Model) -> Quantity:
         If the model has no such joint.
     """
     names = {}
-    for pair in joints_of_model(model):
+    for pair in pairs_of(model):
         names["-".join(pair)] = names["-".join(reversed(pair))] = "-".join(pair)
     if limit.name not in names:
         known = ", ".join(dict.fromkeys(names.values()))

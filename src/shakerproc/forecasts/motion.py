@@ -8,6 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.comparison import at_samples
+from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.comparison.joints import law_along
 from shakerproc.data import FloatArray
@@ -103,18 +104,9 @@ def motion_of(
         rate,
         drive,
         dict(zip(model.sensors, gains[:, None] * responses, strict=True)),
-        {pair: _joint(model, pair, rows, rate) for pair in joints_of_model(model)},
+        {pair: _joint(model, pair, rows, rate) for pair in pairs_of(model)},
         _table(model, drive, rate, band) if table else (),
     )
-
-
-def joints_of_model(model: Model) -> tuple[tuple[str, str], ...]:
-    """Return the places of every joint once, in the direction in which it is first written."""
-    pairs: dict[frozenset[str], tuple[str, str]] = {}
-    for element in model.elements:
-        if not isinstance(element.effect, AttachedMode):
-            pairs.setdefault(frozenset(element.between), element.between)
-    return tuple(pairs.values())
 
 
 def _probed(model: Model) -> Model:
