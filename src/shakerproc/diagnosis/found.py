@@ -13,7 +13,6 @@ from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.hidden_motion import completed
-from shakerproc.diagnosis.estimation.intervals import estimates
 from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
@@ -141,12 +140,6 @@ class Found:
     def is_explained_by(self, score: Score) -> bool:
         """Return whether a hypothesis leaves no more than noise and what it becomes."""
         return is_within(self.left_by(score), self.floor_under(score))
-
-    def tells(self, score: Score) -> bool:
-        """Return whether tests bound a number of each effect: else they saw nothing of it."""
-        fit = score.fit
-        each = [estimates(fit, i).values() for i in range(len(fit.hypothesis.added))]
-        return all(any((n.low, n.high) != (None, None) for n in own) for own in each)
 
     def of_tests_under(self, fit: Fit) -> FloatArray:
         """Return what each test has of its own by a fit (see `of_tests`), (n, n_tests) [-]."""

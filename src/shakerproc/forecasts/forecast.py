@@ -271,8 +271,9 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
         raise log.error(test, 'expected the key "duration", such as duration: 60 s')
     rate = tests[0].sample_rate
     compared = (min(0.7 * band[0], tests[0].band[0]), max(one.band[1] for one in tests))
-    moving = log.shaker.moving_mass
-    carried = None if moving is None else max(moving - sum(model.masses.values()), 0.0)
+    moving, carried = log.shaker.moving_mass, None
+    if moving is not None and model.excitation.moves_base:
+        carried = max(moving - model.moved_mass, 0.0)
     table = any(limit.whose == "shaker" for limit in log.limits)
     spreads = spreads_of(tuple(tests))
     return Planned(test, duration, rate, band, compared, spreads, carried, table)

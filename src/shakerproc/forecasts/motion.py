@@ -110,11 +110,11 @@ def motion_of(
 
 
 def _probed(model: Model) -> Model:
-    """Return a model with sensors of the motion of every mass against the base."""
+    """Return a model with sensors of the motion of every joint's places against the base."""
     sensors = dict(model.sensors)
-    for mass in model.masses:
-        sensors[_PLACE + mass] = Sensor(mass, "relative displacement")
-        sensors[_SPEED + mass] = Sensor(mass, "relative velocity")
+    for place in {place for pair in pairs_of(model) for place in pair} - {BASE}:
+        sensors[_PLACE + place] = Sensor(place, "relative displacement")
+        sensors[_SPEED + place] = Sensor(place, "relative velocity")
     return replace(model, sensors=sensors)
 
 

@@ -251,6 +251,12 @@ class Model:
         }
 
     @property
+    def moved_mass(self) -> float:
+        """Mass that moves with the base, of structures as their modes tell it [kg]."""
+        modal = (float((one.participations**2).sum()) for one in self.structures.values())
+        return sum(self.masses.values()) + sum(modal)
+
+    @property
     def places(self) -> tuple[str, ...]:
         """The base, every mass and every point of a structure."""
         return (BASE, *self.moving)

@@ -33,7 +33,7 @@ def found():
     In windows where `whole` is given, the errors in whole tests.
     """
 
-    def of(linear, errors, free=None, as_it_is=None, numbers=None, whole=None, untold=()):
+    def of(linear, errors, free=None, as_it_is=None, numbers=None, whole=None):
         effects = tuple(
             hypothesis(left, *kinds, numbers=(numbers or {}).get(kinds[0], 1))
             for kinds, left in errors.items()
@@ -47,7 +47,6 @@ def found():
             left_by=lambda score: score.fit.left,
             is_explained_by=lambda score: score.fit.left <= 1.5 * FLOOR,
             form=SimpleNamespace(horizon=0.5 if whole else None),
-            tells=lambda score: score.fit.hypothesis.kinds not in untold,
             free_run=lambda score: hypothesis(whole[score.fit.hypothesis.kinds]),
         )  # fmt: skip
 
@@ -77,13 +76,6 @@ def test_where_none_explains_most_one_is_named_that_takes_a_tenth_away(found, le
 def test_of_those_that_take_a_tenth_away_the_simplest_of_the_best_is_named(found):
     errors = {("cubic_stiffness",): 0.4, ("gap",): 0.32, ("gap", "jenkins"): 0.319}
     assert named(found(0.5, errors)) == ("gap",)
-
-
-def test_an_effect_of_which_no_test_tells_a_number_is_not_named(found):
-    errors = {("coulomb_friction",): 0.05, ("coulomb_friction", "attached_mode"): 0.01}
-    assert named(found(0.5, errors)) == ("coulomb_friction", "attached_mode")
-    untold = [("coulomb_friction", "attached_mode")]
-    assert named(found(0.5, errors, untold=untold)) == ("coulomb_friction",)
 
 
 def test_a_tenth_is_taken_of_the_model_as_it_is_too(found):

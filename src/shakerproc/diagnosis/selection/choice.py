@@ -50,7 +50,6 @@ def standing_of(found: Found) -> list[Score]:
             for s in better
             if _lowers(found, s) and _holds_on(found, s, [bare(found), *_with_fewer(found, s)])
         ]
-    named = [s for s in named if found.tells(s)]
     return simplest_alike(named) if named else []
 
 

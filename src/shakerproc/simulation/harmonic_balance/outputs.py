@@ -99,10 +99,7 @@ def gap_severity(model: Model, level: float) -> Mapping[str, float]:
     level : float
         Amplitude of the excitation [m/s²] or [N].
     """
-    moved = sum(model.masses.values()) + sum(
-        float(np.sum(one.participations**2)) for one in model.structures.values()
-    )
-    force = level * (moved if model.excitation.on is None else 1.0)
+    force = level * (model.moved_mass if model.excitation.on is None else 1.0)
     found: dict[str, float] = {}
     for element in resolved(model):
         closing = [
