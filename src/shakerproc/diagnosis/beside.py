@@ -1,4 +1,4 @@
-"""Effects beside a fit, sought as far ahead as noise lets predict: by what each takes away."""
+"""Effects of decays, sought as far ahead as noise lets predict: by what each takes away."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
+from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import falls_short
@@ -17,6 +17,7 @@ from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.left_behind import best_of_each
 from shakerproc.diagnosis.nudged.base import Base, Moved
+from shakerproc.diagnosis.nudged.race import FIRST
 from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.diagnosis.selection.choice import TENTH, bare, leaves_more, standing_of
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
@@ -26,9 +27,12 @@ LOOKED_AT: Final = 8
 """Windows in which starts are compared [-]."""
 
 FITTED: Final = 6
-"""Effects that are fitted, of those that take most away [-]."""
+"""Effects that are fitted to these by a few steps, of those that take most away [-]."""
 
-FIRSTS: Final = 4
+FEW: Final = 2
+"""Of these so many that go on to all windows [-]."""
+
+FIRSTS: Final = 3
 """Effects that a second one is sought beside [-]."""
 
 NAMED: Final = 2
@@ -41,14 +45,16 @@ RICH: Final = 4
 def with_pairs_ahead(
     found: Found, campaign: Campaign, known: Known, say: Callable[[str], None]
 ) -> Found:
-    """Return the same with what one and two effects explain further ahead.
+    """Return the same with what one and two effects explain of decays further ahead.
 
     Where what stands leaves more than noise, there or at its own horizon, or has many numbers.
-    In short windows a slow change of amplitude shows as little as any; a whole decay tells it.
-    What is found is taken if it surely predicts better there than all that was found before,
+    In short windows a slow change of amplitude shows as little as any; a whole decay tells it,
+    and has few windows. (Of a driven gap beside an attached mode it cost as much as all else,
+    95 s, and found no more: pair:gap+attached_mode*90.) What is found is taken if it surely predicts better there than all that was found before,
     or as well with fewer numbers.
     """
-    if found.rigid or not known or not _leaves_more(found):
+    is_decay = campaign.data.model.excitation.role is None
+    if not is_decay or found.rigid or not known or not _leaves_more(found):
         return found
     form = _longest(found, campaign)
     before = [carried(campaign.data, one.fit, [form]) for one in (found.linear, *found.effects)]
@@ -80,15 +86,18 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
 
     Each start is simulated once; the numbers of the fit move along their slopes with it.
     """
-    base = Base(on, on.windows.some(LOOKED_AT))
+    looked_at = on.windows.some(LOOKED_AT)
+    base = Base(on, looked_at)
     best: list[Moved] = []
     for starts in own_starts(on, known).values():
         best += base.best([start for start in starts if _goes_on(on, start[1])])[:1]
     best.sort(key=lambda moved: moved[0])
-    fits = [
-        fit(campaign.data, hypothesis, x, form.fitted, rounds=ROUNDS, channels=on.channels)
+    first = [
+        fit(campaign.data, hypothesis, x, looked_at, rounds=FIRST, channels=on.channels)
         for _, hypothesis, x in best[:FITTED]
     ]
+    near = sorted((one for one in first if one is not None), key=lambda one: one.level)
+    fits = [carried(campaign.data, one, [form]) for one in near[:FEW]]
     return sorted((one for one in fits if one is not None), key=lambda one: one.level)
 
 
