@@ -1,6 +1,6 @@
 """What planned tests will do, with bands that were earned on the levels that were run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final, final
@@ -12,7 +12,16 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.bands import Spread, spread_of
-from shakerproc.forecasts.ensemble import LEAST_DRAWS, Ensemble, Planned, ensemble, spreads_of
+from shakerproc.forecasts.ensemble import (
+    PAIRED_DRAWS,
+    Drives,
+    Ensemble,
+    Planned,
+    ensemble,
+    fitted_motion,
+    n_draws,
+    spreads_of,
+)
 from shakerproc.forecasts.levels import (
     amplitude_of,
     amplitude_of_measured,
@@ -29,6 +38,7 @@ from shakerproc.forecasts.model_error import (
     Run,
     error_of,
     level_errors,
+    prepared_drive,
     run_of,
 )
 from shakerproc.forecasts.quantities import Quantity
@@ -205,20 +215,31 @@ def evidence_of(
     say : callable
         Called with what is being done.
     """
-    every = [test for group in levels for test in group]
-    fitted = [test for test in every if not test.test.hold_out]
-    numbers = fitted_numbers(model, fitted, say)
-    highest = max(map(amplitude_of_measured, fitted))
-    errors = level_errors(numbers, fitted, highest)
-    below: list[Measured] = []
+    drives = {test: prepared_drive(test) for group in levels for test in group}
+    fitted = tuple(test for test in drives if not test.test.hold_out)
+    done: dict[tuple[Measured, ...], FittedNumbers] = {}
+
+    def numbers_of(tests: tuple[Measured, ...]) -> FittedNumbers:
+        if tests not in done:
+            done[tests] = fitted_numbers(model, tests, say)
+        return done[tests]
+
+    def errors_of(
+        own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
+    ) -> list[LevelError]:
+        highest = max(map(amplitude_of_measured, known))
+        return level_errors(own, {test: drives[test] for test in of}, highest)
+
+    numbers = numbers_of(fitted)
+    errors = errors_of(numbers, fitted, fitted)
+    below: tuple[Measured, ...] = ()
     for group in levels:
         if below:
             say(f"level {group[0].test.level_text} forecast from those below it")
-            own = fitted_numbers(model, below, say)
-            errors += level_errors(own, group, max(map(amplitude_of_measured, below)))
-        below += [test for test in group if not test.test.hold_out]
-    runs = tuple(run_of(numbers, test) for test in every)
-    return Evidence(numbers, runs, tuple(errors), highest)
+            errors += errors_of(numbers_of(below), group, below)
+        below += tuple(test for test in group if not test.test.hold_out)
+    runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
+    return Evidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
 
 
 def _levels(log: TestLog, tests: Sequence[Measured]) -> list[list[Measured]]:
@@ -288,27 +309,30 @@ def _forecast(
 ) -> TestForecast:
     amplitude = amplitude_of(planned.test) or 0.0
     distance = decibels(amplitude / evidence.highest)
-    made = ensemble(evidence.numbers, planned, seed=seed)
+    drives = Drives(planned, seed)
+    made = ensemble(evidence.numbers, drives, n_draws(planned))
     spreads = {q: _spread(evidence, q, one, distance) for q, one in made.values.items()}
-    at: dict[float, Ensemble] = {0.0: made}
+    at: dict[float, Mapping[Quantity, FloatArray]] = {0.0: made.values}
 
-    def probability(quantity: Quantity, limit: float, level: float) -> float:
+    def beyond(quantity: Quantity, limit: float, level: float) -> float:
         if level not in at:
             say(f"test {planned.test.id} at {level:+.0f} dB")
             factor = 10.0 ** (level / 20.0)
-            at[level] = ensemble(evidence.numbers, planned, factor, seed, LEAST_DRAWS)
-        drawn = at[level].values[quantity]
-        return _spread(evidence, quantity, drawn, distance + level).exceeds(limit)
+            few = ensemble(evidence.numbers, drives, PAIRED_DRAWS, factor)
+            at[level] = made.changed_as(few)
+        spread = _spread(evidence, quantity, at[level][quantity], distance + level)
+        return decibels(spread.quantile(1.0 - ALLOWED) / limit)
 
     judged = []
     for limit, quantity in limits:
-        reached = level_of(partial(probability, quantity, limit.value))
+        reached = level_of(partial(beyond, quantity, limit.value))
         exceeds = spreads[quantity].exceeds(limit.value)
         judged.append(Judged(limit, quantity, exceeds, reached))
     run = _scaled_run(evidence, planned)
     ratio = amplitude / amplitude_of_measured(run.measured)
-    why = reasons(evidence.numbers.model, run.motion, made.motion)
-    linear = _linear(run, spreads, made, ratio)
+    motion = fitted_motion(evidence.numbers, drives)
+    why = reasons(evidence.numbers.model, run.motion, motion)
+    linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
     return TestForecast(
         planned, distance, made, spreads, linear, tuple(judged), run, tuple(why)
     )
@@ -330,7 +354,7 @@ def _scaled_run(evidence: Evidence, planned: Planned) -> Run:
 
 
 def _linear(
-    run: Run, spreads: dict[Quantity, Spread], made: Ensemble, ratio: float
+    run: Run, spreads: dict[Quantity, Spread], drive: float, ratio: float
 ) -> dict[Quantity, float]:
     """Return what scaling of a run says of each quantity.
 
@@ -338,11 +362,11 @@ def _linear(
     them under the measured drive. A drive that is measured at rest in part is scaled as it is.
     """
     part = slice(run.measured.start, run.measured.stop)
-    drive = float(np.std(made.motion.drive)) / drive_rms(run.measured)
+    louder = drive / drive_rms(run.measured)
     found = {}
     for quantity in spreads:
         if quantity.whose == "response":
-            scale = 1.0 if quantity.what == "peak_frequency_hz" else drive
+            scale = 1.0 if quantity.what == "peak_frequency_hz" else louder
             found[quantity] = scale * run.values[quantity]
         elif quantity.whose == "joint":
             pair = next(p for p in run.motion.joints if "-".join(p) == quantity.name)

@@ -110,7 +110,8 @@ class Linearisation:
 
     def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
         """Return the same of other tests, which differ in what drives them alone."""
-        data, windows = replace(self.data, tests=tuple(tests)), self.windows
+        near = self.data.inputs
+        data, windows = replace(self.data, tests=tuple(tests), near=near), self.windows
         return Linearisation(data, self.hypothesis, windows, plain=self._plain, fine=self._fine)
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
