@@ -1,7 +1,7 @@
 """Simulated tests of one level: numbers, calibration and phases drawn anew for each."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, final
 
@@ -14,7 +14,8 @@ from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
 from shakerproc.forecasts.extremes import largest_in
 from shakerproc.forecasts.motion import Motion, motion_of
-from shakerproc.forecasts.quantities import Quantity, densities, values_of_motion
+from shakerproc.forecasts.passages import passage
+from shakerproc.forecasts.quantities import Quantity, densities, samples_of, values_of_motion
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
@@ -96,6 +97,8 @@ class Ensemble:
         Of each response [unit^2/Hz].
     failed : int
         Draws whose motion ran away; they are left out.
+    passed : mapping of Quantity to (n_bins,) array
+        How the quantities that were watched follow the drive (see `passages`).
     """
 
     draws: NDArray[np.int64]
@@ -103,6 +106,7 @@ class Ensemble:
     frequency: FloatArray
     densities: Mapping[str, FloatArray]
     failed: int
+    passed: Mapping[Quantity, FloatArray] = field(default_factory=dict)
 
     def changed_as(self, there: "Ensemble") -> dict[Quantity, FloatArray]:
         r"""Return the values of all draws in another test, of which a few were simulated.
@@ -141,7 +145,11 @@ def n_draws(planned: Planned) -> int:
 
 
 def ensemble(
-    numbers: FittedNumbers, drives: "Drives", count: int, factor: float = 1.0
+    numbers: FittedNumbers,
+    drives: "Drives",
+    count: int,
+    factor: float = 1.0,
+    watched: Sequence[Quantity] = (),
 ) -> Ensemble:
     """Return simulated tests of one level.
 
@@ -155,6 +163,8 @@ def ensemble(
         How many.
     factor : float
         Amplitude over that of the log [-].
+    watched : sequence of Quantity
+        Those of which it is wanted how they follow the drive at each frequency.
 
     Raises
     ------
@@ -165,6 +175,7 @@ def ensemble(
     drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
     values, drawn_densities, frequency = [], [], np.zeros(0)
     longer, moved = planned.duration / planned.simulated, []
+    passed: dict[Quantity, list[FloatArray]] = {quantity: [] for quantity in watched}
     for i, (model, gains) in enumerate(drawn):
         generator = np.random.default_rng([seed, 2, i])
         of_input, of_sensors = planned.spreads
@@ -180,6 +191,9 @@ def ensemble(
         values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
         frequency = spectra[0].frequency
         drawn_densities.append([one.values for one in spectra])
+        for quantity, rows_of in passed.items():
+            samples = samples_of(quantity, model, motion, planned.carried)
+            rows_of.append(passage(planned.test, motion, samples))
     if 2 * len(values) < count:
         where = f" in {count - len(values)} of {count} draws"
         raise SimulationError(_runs_away(numbers, planned, where))
@@ -191,6 +205,7 @@ def ensemble(
         frequency,
         {name: stacked[:, i] for i, name in enumerate(names)},
         count - len(values),
+        {quantity: np.mean(each, axis=0) for quantity, each in passed.items()},
     )
 
 

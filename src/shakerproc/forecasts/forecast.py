@@ -1,7 +1,7 @@
 """What planned tests will do, with bands that were earned on the levels that were run."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, final
 
@@ -40,6 +40,13 @@ from shakerproc.forecasts.model_error import (
     level_errors,
     prepared_drive,
     run_of,
+)
+from shakerproc.forecasts.notch_plan import (
+    NotchPlan,
+    NotchTask,
+    NotchWish,
+    check_notches,
+    notch_plan,
 )
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.forecasts.reasons import reasons
@@ -111,6 +118,8 @@ class TestForecast:
         The highest level that was run, which is scaled.
     reasons : tuple of str
         What joints do otherwise than there.
+    notch : NotchPlan, optional
+        The least notches that keep every limit, where they were asked for.
     """
 
     __test__ = False
@@ -123,6 +132,7 @@ class TestForecast:
     limits: tuple[Judged, ...]
     run: Run
     reasons: tuple[str, ...]
+    notch: NotchPlan | None = None
 
     @property
     def go(self) -> bool | None:
@@ -161,6 +171,7 @@ def forecast_tests(
     tests: Sequence[Measured],
     planned: Sequence[Test],
     *,
+    wish: NotchWish | None = None,
     seed: int = 0,
     say: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
@@ -176,6 +187,8 @@ def forecast_tests(
         Those that were run.
     planned : sequence of Test
         Those to forecast.
+    wish : NotchWish, optional
+        What a notch plan shall keep; none is made by default.
     seed : int
         Of all that is drawn.
     say : callable
@@ -192,12 +205,20 @@ def forecast_tests(
     """
     ready = [_planned(log, one, model, tests) for one in planned]
     quantities = [(limit, quantity_of(limit, model, log)) for limit in log.limits]
+    if wish is not None:
+        check_notches(log, planned)
     levels = _levels(log, tests)
     found = evidence_of(model, levels, say)
     made = []
     for one in ready:
         say(f"test {one.test.id}")
-        made.append(_forecast(found, one, quantities, seed, say))
+        own = _forecast(found, one, quantities, seed, say)
+        if wish is not None:
+            task = NotchTask(
+                found.numbers, one, own.made, quantities, partial(_spread, found), wish, seed
+            )
+            own = replace(own, notch=notch_plan(task, say))
+        made.append(own)
     return Forecast(log.title, found, tuple(made), _notes(found, made))
 
 
@@ -311,7 +332,7 @@ def _forecast(
     distance = decibels(amplitude / evidence.highest)
     drives = Drives(planned, seed)
     made = ensemble(evidence.numbers, drives, n_draws(planned))
-    spreads = {q: _spread(evidence, q, one, distance) for q, one in made.values.items()}
+    spreads = {q: _spread(evidence, planned.test, q, x) for q, x in made.values.items()}
     at: dict[float, Mapping[Quantity, FloatArray]] = {0.0: made.values}
 
     def beyond(quantity: Quantity, limit: float, level: float) -> float:
@@ -320,7 +341,7 @@ def _forecast(
             factor = 10.0 ** (level / 20.0)
             few = ensemble(evidence.numbers, drives, PAIRED_DRAWS, factor)
             at[level] = made.changed_as(few)
-        spread = _spread(evidence, quantity, at[level][quantity], distance + level)
+        spread = _spread(evidence, planned.test, quantity, at[level][quantity], level)
         return decibels(spread.quantile(1.0 - ALLOWED) / limit)
 
     judged = []
@@ -339,11 +360,13 @@ def _forecast(
 
 
 def _spread(
-    evidence: Evidence, quantity: Quantity, drawn: FloatArray, distance: float
+    evidence: Evidence, test: Test, quantity: Quantity, drawn: FloatArray, above: float = 0.0
 ) -> Spread:
+    """Return a quantity with its model error, so far above the level of a planned test [dB]."""
     error = evidence.error(quantity)
     if error is None:
         return spread_of(drawn, 0.0, np.inf)
+    distance = decibels((amplitude_of(test) or 0.0) / evidence.highest) + above
     return spread_of(drawn, error.at(distance), error.freedom)
 
 
