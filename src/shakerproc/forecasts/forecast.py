@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
+from shakerproc.forecasts.ladder import LastStep, last_step
 from shakerproc.forecasts.levels import (
     amplitude_of,
     amplitude_of_measured,
@@ -157,12 +158,15 @@ class Forecast:
         In the order of the log.
     notes : tuple of str
         What the reader must know besides, a sentence each.
+    step : LastStep, optional
+        The highest level that was run, predicted and measured.
     """
 
     title: str
     evidence: Evidence
     tests: tuple[TestForecast, ...]
     notes: tuple[str, ...]
+    step: LastStep | None = None
 
 
 def forecast_tests(
@@ -172,6 +176,7 @@ def forecast_tests(
     planned: Sequence[Test],
     *,
     wish: NotchWish | None = None,
+    earlier: Mapping[str, Any] | None = None,
     seed: int = 0,
     say: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
@@ -189,6 +194,8 @@ def forecast_tests(
         Those to forecast.
     wish : NotchWish, optional
         What a notch plan shall keep; none is made by default.
+    earlier : mapping, optional
+        The document of the forecast that was made before the last test was run.
     seed : int
         Of all that is drawn.
     say : callable
@@ -219,7 +226,8 @@ def forecast_tests(
             )
             own = replace(own, notch=notch_plan(task, say))
         made.append(own)
-    return Forecast(log.title, found, tuple(made), _notes(found, made))
+    step = last_step(found.errors, earlier)
+    return Forecast(log.title, found, tuple(made), _notes(found, made), step)
 
 
 def evidence_of(

@@ -30,6 +30,9 @@ from shakerproc.testlog.limits import Limit
 EDGE_DB_PER_OCTAVE: Final = 24.0
 """Steepest edge of a notch unless another one is asked for: four poles of a filter [dB/oct]."""
 
+PROBABILITY: Final = 0.95
+"""With which each limit is kept unless another one is asked for: the usual confidence [-]."""
+
 NOTCHED: Final = ("random", "sine sweep")
 """Kinds of excitation whose profile can have a notch."""
 
@@ -63,7 +66,7 @@ class NotchWish:
         Steepest edge [dB/oct].
     """
 
-    probability: float = 0.95
+    probability: float = PROBABILITY
     slope: float = EDGE_DB_PER_OCTAVE
 
 
