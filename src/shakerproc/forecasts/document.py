@@ -97,6 +97,7 @@ def _test(one: TestForecast) -> dict[str, Any]:
             }
             for judged in one.limits
         ],
+        "swept_back": {q.name: {q.what: value} for q, value in one.swept_back.items()},
         "sentences": sentences(one),
     }
     return found if one.notch is None else {**found, **_notch_plan(one, one.notch)}

@@ -1,7 +1,7 @@
 """What planned tests will do, with bands that were earned on the levels that were run."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Final, final
 
@@ -22,6 +22,7 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
+from shakerproc.forecasts.extremes import largest_in
 from shakerproc.forecasts.ladder import LastStep, last_step
 from shakerproc.forecasts.levels import (
     amplitude_of,
@@ -49,7 +50,7 @@ from shakerproc.forecasts.notch_plan import (
     check_notches,
     notch_plan,
 )
-from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.quantities import Quantity, densities, values_of_motion
 from shakerproc.forecasts.reasons import reasons
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
@@ -119,6 +120,9 @@ class TestForecast:
         The highest level that was run, which is scaled.
     reasons : tuple of str
         What joints do otherwise than there.
+    swept_back : mapping of Quantity to float
+        Of a sweep, what responses do in the other direction, where that is outside the band
+        [unit of the quantity].
     notch : NotchPlan, optional
         The least notches that keep every limit, where they were asked for.
     """
@@ -133,6 +137,7 @@ class TestForecast:
     limits: tuple[Judged, ...]
     run: Run
     reasons: tuple[str, ...]
+    swept_back: dict[Quantity, float] = field(default_factory=dict)
     notch: NotchPlan | None = None
 
     @property
@@ -362,9 +367,43 @@ def _forecast(
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
     linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
+    back = swept_back(evidence.numbers, planned, spreads, seed)
     return TestForecast(
-        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why)
+        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why), back
     )
+
+
+def swept_back(
+    numbers: FittedNumbers, planned: Planned, spreads: Mapping[Quantity, Spread], seed: int
+) -> dict[Quantity, float]:
+    """Return the largest responses of a sweep in the other direction that leave their bands.
+
+    Where two motions are possible at one frequency, a sweep follows the one that it comes from.
+
+    Parameters
+    ----------
+    numbers : FittedNumbers
+        What the tests tell of the model.
+    planned : Planned
+        The test; of any other excitation nothing is returned.
+    spreads : mapping of Quantity to Spread
+        Its quantities as planned.
+    seed : int
+        Of all that is drawn.
+    """
+    test = planned.test
+    if test.excitation != "sine sweep":
+        return {}
+    other = replace(test, from_hz=test.to_hz, to_hz=test.from_hz)
+    motion = fitted_motion(numbers, Drives(replace(planned, test=other), seed))
+    rows = np.array(list(motion.responses.values()))
+    spectra = densities(rows, motion.sample_rate, planned.excited)
+    found = values_of_motion(numbers.model, motion, spectra, largest_in)
+    return {
+        quantity: value
+        for quantity, value in found.items()
+        if quantity.what == "peak" and not spreads[quantity].holds(value)
+    }
 
 
 def _spread(

@@ -165,7 +165,7 @@ class NotchTask:
             self.spread(test, quantity, values[quantity]).quantile(share) / limit.value
             for limit, quantity in self.limits
         ]
-        return 20.0 * np.log10(np.array(found))
+        return np.asarray(20.0 * np.log10(np.array(found)))
 
 
 def check_notches(log: TestLog, planned: Sequence[Test]) -> None:

@@ -98,7 +98,7 @@ def densities(
 
 def segment_of(n_samples: int) -> int:
     """Return the samples of a Welch segment of a test of so many [-]."""
-    longest = 2 ** int(np.log2(max(n_samples // SEGMENTS, 64)))
+    longest = 1 << int(np.log2(max(n_samples // SEGMENTS, 64)))
     return min(LONGEST_SEGMENT, longest, n_samples)
 
 

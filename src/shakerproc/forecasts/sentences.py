@@ -41,6 +41,13 @@ def sentences(one: TestForecast) -> list[str]:
     found = [*filter(None, (_departure(one, name) for name in one.run.motion.responses))]
     if found and one.reasons:
         found.append(f"Why: {'; '.join(one.reasons)}.")
+    for quantity, value in one.swept_back.items():
+        unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+        there, here = (numeral(v / factor) for v in (value, one.spreads[quantity].value))
+        found.append(
+            f"Swept the other way, {quantity.name} reaches {there} {unit} instead of {here} "
+            f"{unit}: it depends on where the sweep comes from."
+        )
     for judged in one.limits:
         level = "" if judged.level_db is None else (
             f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
@@ -100,8 +107,8 @@ def _departure(one: TestForecast, name: str) -> str:
     for quantity, spread in one.spreads.items():
         if quantity.whose != "response" or quantity.name != name:
             continue
-        linear, (low, high) = one.linear[quantity], spread.band
-        if low <= linear <= high:
+        linear = one.linear[quantity]
+        if spread.holds(linear):
             continue
         if quantity.what == "peak_frequency_hz":
             told.append(
