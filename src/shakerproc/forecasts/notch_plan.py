@@ -109,12 +109,15 @@ class NotchPlan:
         Why there is none, a clause.
     by_force : Notched, optional
         Semi-empirical force limiting beside it; None where no base drives, or all is kept.
+    needless : bool
+        Whether every limit is kept without any notch.
     """
 
     wish: NotchWish
     found: Notched | None
     why_none: str = ""
     by_force: Notched | None = None
+    needless: bool = False
 
 
 @final
@@ -201,7 +204,7 @@ def notch_plan(task: NotchTask, say: Callable[[str], None]) -> NotchPlan:
         Called with what is being done.
     """
     if np.all(task.beyond(task.planned.test, task.made.values) <= 0.0):
-        return NotchPlan(task.wish, None, "every limit is kept without any")
+        return NotchPlan(task.wish, None, "every limit is kept without any", needless=True)
     by_force = _by_force(task)
     margin, why = np.zeros(len(task.limits)), ""
     for number in range(1, FRESH + 1):

@@ -38,6 +38,12 @@ def headline(found: Forecast) -> str:
 
 def sentences(one: TestForecast) -> list[str]:
     """Return what to know of a planned test, a sentence each."""
+    found = [*departures(one), *(_of_limit(one, judged) for judged in one.limits)]
+    return found if one.notch is None else [*found, *of_notches(one, one.notch)]
+
+
+def departures(one: TestForecast) -> list[str]:
+    """Return where responses depart from linear scaling, and why, a sentence each."""
     found = [*filter(None, (_departure(one, name) for name in one.run.motion.responses))]
     if found and one.reasons:
         found.append(f"Why: {'; '.join(one.reasons)}.")
@@ -48,18 +54,18 @@ def sentences(one: TestForecast) -> list[str]:
             f"Swept the other way, {quantity.name} reaches {there} {unit} instead of {here} "
             f"{unit}: it depends on where the sweep comes from."
         )
-    for judged in one.limits:
-        level = "" if judged.level_db is None else (
-            f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
-        )  # fmt: skip
-        found.append(
-            f"{judged.name} {told_limit(judged)} is exceeded with "
-            f"{percent(judged.probability)}{level}."
-        )
-    return found if one.notch is None else [*found, *_of_notches(one, one.notch)]
+    return found
 
 
-def _of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
+def _of_limit(one: TestForecast, judged: Judged) -> str:
+    level = "" if judged.level_db is None else (
+        f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
+    )  # fmt: skip
+    share = percent(judged.probability)
+    return f"{judged.name} {told_limit(judged)} is exceeded with {share}{level}."
+
+
+def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
     """Return what notches do to a planned test, a sentence each."""
     found = []
     if plan.found is not None:
@@ -71,7 +77,7 @@ def _of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
             rows.setdefault(quantity.name, []).append(f"{cost:.1f} dB of {word}")
         found += [f"They cost {name} {' and '.join(told)}." for name, told in rows.items()]
         found.append(f"Under other phases {_exceeded(one, plan.found)}.")
-    elif one.go:
+    elif plan.needless:
         found.append(f"No notch is needed: {plan.why_none}.")
     else:
         levels = [judged.level_db for judged in one.limits]

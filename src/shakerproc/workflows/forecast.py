@@ -247,6 +247,7 @@ def write_forecast(
     """Write report.html, forecast.json, forecast.csv and figures; return the page."""
     from shakerproc import files
     from shakerproc.report.models.forecast import density_figures, profile_figure, sections
+    from shakerproc.report.page.methods import methods_of
     from shakerproc.report.page.page import Report, write_report
 
     files.write_json(folder / "forecast.json", found.as_json())
@@ -269,6 +270,7 @@ def write_forecast(
         verdict=f"{found.sentence}.",
         sections=sections(found.found),
         inputs=inputs,
+        methods=methods_of([], analyses=["forecast"]),
     )
     write_report(folder / "report.html", report)
     return folder / "report.html"

@@ -5,16 +5,23 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecasts import Forecast, Quantity, TestForecast, sentences
+from shakerproc.forecasts import Forecast, Quantity, TestForecast
 from shakerproc.forecasts.bands import Spread
 from shakerproc.forecasts.ladder import LastStep
 from shakerproc.forecasts.levels import told_level
 from shakerproc.forecasts.notched_profiles import WRITTEN, profile_of_test
-from shakerproc.forecasts.sentences import SHOWN, owner, percent, told_limit
+from shakerproc.forecasts.sentences import (
+    SHOWN,
+    departures,
+    of_notches,
+    owner,
+    percent,
+    told_limit,
+)
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot
-from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable, filled
 from shakerproc.report.runs.curves import logarithmic_axis
 from shakerproc.runs.levels import density_unit
 
@@ -132,10 +139,8 @@ def _last_step(step: LastStep) -> ReportSection:
         ]
         rows.append((one.response, _WORDS[one.what], *shown, unit, f"{one.error_db:+.2f} dB"))
     names = ("of", "quantity", "predicted", "low", "high", "measured", "unit", "error")
-    return ReportSection(
-        "The last step", "last-step", [step.sentence],
-        [ReportTable("Predicted and measured.", names, rows)],
-    )  # fmt: skip
+    table = filled("Predicted and measured.", names, rows)
+    return ReportSection("The last step", "last-step", [step.sentence], [table])
 
 
 def _section(one: TestForecast, found: Forecast) -> ReportSection:
@@ -146,8 +151,7 @@ def _section(one: TestForecast, found: Forecast) -> ReportSection:
             f"{plot.title}.",
             "Predicted density with its 90 % band, over what was measured at the levels that "
             "were run, and the highest of them scaled with the level.",
-            to_svg.plot(plot, title=f"Predicted density of {plot.title}", height=330),
-            broad=True,
+            to_svg.plot(plot, title=f"Predicted density of {plot.title}", height=220),
         )
         for figure in density_figures(one, found)
         for plot in figure.plots
@@ -157,8 +161,7 @@ def _section(one: TestForecast, found: Forecast) -> ReportSection:
         figures.insert(0, PageFigure(
             f"{plot.title}.",
             "The planned profile, and the one that takes the least away and keeps every limit.",
-            to_svg.plot(plot, title=f"{plot.title}", height=250),
-            broad=True,
+            to_svg.plot(plot, title=plot.title, height=220),
         ))  # fmt: skip
     told = f"{test.excitation}, {told_level(test)}, {numeral(one.planned.duration, 4)} s"
     distance = (
@@ -167,7 +170,11 @@ def _section(one: TestForecast, found: Forecast) -> ReportSection:
     return ReportSection(
         f"Test {test.id}: {verdict}",
         f"test-{test.id}",
-        [", ".join(filter(None, (told, distance))) + ".", *sentences(one)],
+        [
+            ", ".join(filter(None, (told, distance))) + ".",
+            *departures(one),
+            *([] if one.notch is None else of_notches(one, one.notch)),
+        ],
         [*_limits(one), _numbers(one)],
         figures,
     )
@@ -213,22 +220,26 @@ def _numbers(one: TestForecast) -> ReportTable:
 
 def _rests_on(found: Forecast) -> ReportSection:
     """Return how far the model missed the levels that were run."""
+    errors = found.evidence.errors
     rows = [
         (
             f"test {one.test}", one.quantity.name, _WORDS[one.quantity.what],
-            f"{one.distance_db:+.1f} dB" if one.distance_db else "fitted",
+            f"{one.distance_db:+.1f} dB",
             numeral(one.predicted), numeral(one.measured), f"{one.error_db:+.2f} dB",
         )
-        for one in found.evidence.errors
+        for one in errors
+        if one.distance_db
     ]  # fmt: skip
+    fitted = max((abs(one.error_db) for one in errors if not one.distance_db), default=0.0)
     names = ("test", "response", "quantity", "level", "predicted", "measured", "error")
     return ReportSection(
         "What the bands rest on",
         "rests-on",
         [
             "Each level that was run was forecast from those below it. How far the model "
-            "missed them, over the distance in level, is how far it may miss the next one.",
+            "missed them, over the distance in level, is how far it may miss the next one. "
+            f"Levels that it was fitted to it meets within {numeral(fitted, 2)} dB.",
             *found.notes,
         ],
-        [ReportTable("Levels that were run, in SI units.", names, rows)],
+        [ReportTable("Levels that were run, from those below them, in SI units.", names, rows)],
     )
