@@ -1,5 +1,7 @@
 """The last step of the ladder: what was told before a test was run, and what came."""
 
+import pytest
+
 from shakerproc.forecasts.ladder import last_step
 from shakerproc.forecasts.model_error import LevelError
 from shakerproc.forecasts.quantities import Quantity
@@ -52,3 +54,10 @@ def test_a_forecast_of_another_test_is_none_of_this_one():
     other = {"tests": [{**BEFORE["tests"][0], "id": 7}]}
     assert last_step(ERRORS, other) == last_step(ERRORS, None)
     assert last_step(ERRORS[:1], BEFORE) is None
+
+
+@pytest.mark.parametrize(
+    "tests", [[{"id": 3}], [3], [{"id": 3, "responses": {"ch3": {"rms": 1}}}]]
+)
+def test_a_document_that_was_changed_by_hand_told_nothing(tests):
+    assert last_step(ERRORS, {"tests": tests}) == last_step(ERRORS, None)

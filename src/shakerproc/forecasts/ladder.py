@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 from shakerproc.forecasts.levels import decibels
 from shakerproc.forecasts.model_error import LevelError
@@ -99,28 +99,40 @@ def last_step(
     before = _told_before(earlier or {}, test)
     values = []
     for one in own:
-        told = before.get(one.quantity.name, {}).get(one.quantity.what)
-        band = (None, None) if told is None else (float(told["low"]), float(told["high"]))
-        predicted = one.predicted if told is None else float(told["value"])
+        found = before.get((one.quantity.name, one.quantity.what))
+        predicted, low, high = found or (one.predicted, None, None)
         values.append(
             StepValue(
                 one.quantity.name, one.quantity.what, one.quantity.unit, predicted,
-                one.measured, *band,
+                one.measured, low, high,
             )
         )  # fmt: skip
     return LastStep(test, all(one.low is not None for one in values), tuple(values))
 
 
-def _told_before(earlier: Mapping[str, Any], test: str) -> Mapping[str, Any]:
-    """Return what an earlier document told of the responses of a test before it was run."""
-    for one in earlier.get("tests", ()):
-        if str(one.get("id")) == test:
-            return dict(one.get("responses", {}))
-    step = earlier.get("last_step") or {}
-    if step.get("test") == test and step.get("told_before"):
-        found: dict[str, dict[str, Any]] = {}
-        for row in step["values"]:
-            told = {"value": row["predicted"], "low": row["low"], "high": row["high"]}
-            found.setdefault(row["response"], {})[row["what"]] = told
-        return found
-    return {}
+Told: TypeAlias = dict[tuple[str, str], tuple[float, float, float]]
+"""From a response and a quantity of it to the value and its band [unit]."""
+
+
+def _told_before(earlier: Mapping[str, Any], test: str) -> Told:
+    """Return what an earlier document told of the responses of a test before it was run.
+
+    A document that somebody changed by hand told nothing.
+    """
+    found: Told = {}
+    try:
+        for one in earlier.get("tests", ()):
+            if str(one["id"]) == test:
+                for name, rows in one["responses"].items():
+                    for what, row in rows.items():
+                        band = (float(row["low"]), float(row["high"]))
+                        found[name, what] = (float(row["value"]), *band)
+                return found
+        step = earlier.get("last_step")
+        if step and step["test"] == test and step["told_before"]:
+            for row in step["values"]:
+                told = (float(row["predicted"]), float(row["low"]), float(row["high"]))
+                found[row["response"], row["what"]] = told
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return {}
+    return found
