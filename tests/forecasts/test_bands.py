@@ -6,6 +6,7 @@ import scipy.stats
 from numpy.testing import assert_allclose
 
 from shakerproc.forecasts.bands import spread_of
+from shakerproc.forecasts.ensemble import Ensemble
 from shakerproc.forecasts.limits import level_of
 from shakerproc.forecasts.model_error import LevelError, error_of
 from shakerproc.forecasts.quantities import Quantity
@@ -50,13 +51,39 @@ def test_what_the_numbers_leave_open_is_no_model_error():
     assert (found.fitted_db, found.growth) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("wanted", [-7.3, -1.2, 4.4])
-def test_the_level_of_five_per_cent_is_where_a_bell_crosses_it(wanted):
-    score = scipy.stats.norm.ppf(0.05)
-    found = level_of(lambda level: float(scipy.stats.norm.cdf(score + 0.4 * (level - wanted))))
-    assert found is not None
-    assert_allclose(found, wanted, atol=1e-6)
+@pytest.mark.parametrize("slope", [0.4, 1.0, 2.5])
+@pytest.mark.parametrize("wanted", [-11.0, -7.3, -1.2, 0.0, 4.4])
+def test_the_level_of_five_per_cent_is_where_the_quantile_crosses_the_limit(wanted, slope):
+    asked = []
+
+    def beyond(level):
+        asked.append(level)
+        return slope * (level - wanted)
+
+    assert_allclose(level_of(beyond), wanted, atol=1e-9)
+    assert len(asked) <= 6
+    assert max(map(abs, asked)) <= 12.0
 
 
-def test_a_level_beyond_twelve_decibels_is_not_told():
-    assert level_of(lambda level: 0.0 if level < 20.0 else 1.0) is None
+def test_the_level_of_a_response_that_bends_lies_within_the_step_that_encloses_it():
+    """A stop: the response grows by 3 dB per dB once it is reached at -4 dB."""
+    found = level_of(lambda level: 0.5 * (level + 4.0) if level < -4.0 else 3.0 * (level + 4.0))
+    assert -6.0 < found < -3.0
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_level_beyond_twelve_decibels_is_not_told(sign):
+    assert level_of(lambda level: level + sign * 20.0) is None
+
+
+def made(draws, level):
+    """Return an ensemble whose values scatter by 30 % and grow by 1.4 dB a decibel."""
+    scatter = np.exp(0.3 * np.random.default_rng(5).standard_normal(40))[draws]
+    return Ensemble(np.array(draws), {RMS: scatter * 10.0 ** (1.4 * level / 20.0)},
+                    np.zeros(0), {}, 0)  # fmt: skip
+
+
+def test_a_few_draws_of_another_level_move_all_by_what_they_differ_from_their_twins():
+    all_draws = [i for i in range(40) if i != 2]  # one ran away
+    found = made(all_draws, 0.0).changed_as(made([0, 1, 2, 3], -9.0))
+    assert_allclose(found[RMS], made(all_draws, -9.0).values[RMS], rtol=1e-12)

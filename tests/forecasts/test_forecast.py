@@ -127,6 +127,83 @@ def test_a_linear_model_is_forecast_as_the_closed_form_says(tmp_path):
     assert row.startswith("9,response,ch3,rms,")
 
 
+def exact_rms(profile):
+    """Return the rms response to a density of breakpoints, by its integral [m/s^2]."""
+    f = np.linspace(LOW, HIGH, 400_000)
+    corners = [one["frequency_hz"] for one in profile]
+    levels = [one["level_g2_per_hz"] for one in profile]
+    density = G**2 * np.exp(np.interp(np.log(f), np.log(corners), np.log(levels)))
+    ratio = f / FREQUENCY
+    gain = np.abs((1.0 + 2j * RATIO * ratio) / (1.0 - ratio**2 + 2j * RATIO * ratio)) ** 2
+    return np.sqrt(np.trapezoid(gain * density, f))
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_the_notched_profile_of_a_linear_model_keeps_its_limit_and_takes_no_more(tmp_path):
+    """The rms under the notched profile, in closed form: at the limit but for the band."""
+    limit = 0.6 * exact(0.064)[0]
+    model, log = write(tmp_path / "c", tests=PLANNED, limits=f"{{ch3: {limit / G} g rms}}")
+    out, target = tmp_path / "out", tmp_path / "f.json"
+    found = run(model, log, "--notch", "--no-figures", "--out", out, "--json", target)
+    assert found.exit_code == 0, found.output
+    assert "notched, each limit is kept with 95 %" in found.stdout.splitlines()[0]
+    (test,) = json.loads(target.read_text(encoding="utf-8"))["tests"]
+    rms, band = exact_rms(test["notch"]), test["responses"]["ch3"]["rms"]
+    above = band["high"] / band["value"]  # 95 % of what the bands leave open
+    assert limit / above / 1.06 < rms < limit
+    plan = test["notch_plan"]
+    assert plan["exceeded"][0]["probability"] <= 0.05
+    cost = 20.0 * np.log10(exact(0.064)[0] / rms)
+    assert_allclose(plan["cost"]["ch3"]["rms_db"], cost, atol=0.3)
+    corners = [(one["frequency_hz"], one["level_g2_per_hz"]) for one in test["notch"]]
+    (f, level) = np.array(corners).T
+    slopes = 10.0 * np.diff(np.log10(level)) / np.diff(np.log2(f))
+    assert np.abs(slopes).max() < 24.5
+    assert (out / "notched_9.yaml").is_file()
+    assert (out / "notched_9.csv").is_file()
+
+
+SWEPT = (
+    f"  - {{id: 9, planned: true, excitation: sine sweep, level: 1 g, from: {LOW} Hz, "
+    "to: 700 Hz, rate: 8 oct/min}\n"
+)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_notched_sweep_passes_the_resonance_at_its_limit_over_the_amplification(tmp_path):
+    limit = 8.0  # of some 16.7 g without notches
+    model, log = write(tmp_path / "c", tests=SWEPT, limits=f"{{ch3: {limit} g peak}}")
+    found = shakerproc.forecast(read_model(model), read_testlog(log), notch=True)
+    (test,) = found.as_json()["tests"]
+    f = np.array([one["frequency_hz"] for one in test["notch"]])
+    level = np.array([one["level_g"] for one in test["notch"]])
+    at = np.geomspace(30.0, 600.0, 3000)
+    ratio = at / FREQUENCY
+    gain = np.abs((1.0 + 2j * RATIO * ratio) / (1.0 - ratio**2 + 2j * RATIO * ratio))
+    steady = gain * np.exp(np.interp(np.log(at), np.log(f), np.log(level)))
+    assert 0.85 * limit < steady.max() < 1.02 * limit
+    assert level[0] == pytest.approx(1.0, abs=1e-4)
+    assert level[-1] == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("planned", "limits", "told"),
+    [
+        (PLANNED, "{}", "the log has none; add limits"),
+        ("  - {id: 9, planned: true, excitation: sine, level: 1 g, frequency: 120 Hz, "
+         "duration: 5 s}\n", "{ch3: 4 g peak}", "notches are planned for random and sine"),
+    ],
+)  # fmt: skip
+def test_notches_that_cannot_be_planned_are_told_before_long_work(
+    tmp_path, planned, limits, told
+):
+    model, log = write(tmp_path / "c", (1e-3, 4e-3), planned, limits)
+    with pytest.raises(LogError, match=told):
+        shakerproc.forecast(read_model(model), read_testlog(log), notch=True)
+
+
 @pytest.mark.parametrize(
     ("densities", "tests", "limits", "told", "kind"),
     [

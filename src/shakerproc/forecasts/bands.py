@@ -44,6 +44,15 @@ class Spread:
         low, high = np.quantile(self.all, [0.5 * (1.0 - BAND), 0.5 * (1.0 + BAND)])
         return float(low), float(high)
 
+    def holds(self, value: float) -> bool:
+        """Return whether the 90 % band holds a value [unit of the quantity]."""
+        low, high = self.band
+        return low <= value <= high
+
+    def quantile(self, probability: float) -> float:
+        """Return what the quantity does not exceed with a probability [its unit]."""
+        return float(np.quantile(self.all, probability))
+
     def exceeds(self, limit: float) -> float:
         """Return the probability that the quantity exceeds a limit [-]."""
         return float(np.mean(self.all > limit))

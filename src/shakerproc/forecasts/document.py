@@ -2,8 +2,12 @@
 
 from typing import Any, Final
 
+from shakerproc.forecasts.force_limits import C_SQUARED
 from shakerproc.forecasts.forecast import Forecast, TestForecast
+from shakerproc.forecasts.ladder import LastStep
 from shakerproc.forecasts.levels import told_level
+from shakerproc.forecasts.notch_plan import Notched, NotchPlan, lower_drive
+from shakerproc.forecasts.notched_profiles import WRITTEN
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.forecasts.sentences import sentences
 
@@ -38,8 +42,23 @@ def document_of(found: Forecast) -> dict[str, Any]:
             }
             for one in found.evidence.errors
         ],
+        "last_step": _step(found.step),
         "notes": list(found.notes),
     }  # fmt: skip
+
+
+def _step(step: LastStep | None) -> dict[str, Any] | None:
+    if step is None:
+        return None
+    rows = [
+        {
+            "response": one.response, "what": one.what, "unit": one.unit,
+            "predicted": one.predicted, "low": one.low, "high": one.high,
+            "measured": one.measured, "error_db": one.error_db, "held": one.held,
+        }
+        for one in step.values
+    ]  # fmt: skip
+    return {"test": step.test, "told_before": step.told_before, "values": rows}
 
 
 def _test(one: TestForecast) -> dict[str, Any]:
@@ -56,7 +75,7 @@ def _test(one: TestForecast) -> dict[str, Any]:
         else:
             rows.setdefault(quantity.name, {})[quantity.what] = _number(one, quantity)
     test = one.planned.test
-    return {
+    found = {
         "id": test.id,
         "level": told_level(test),
         "go": one.go,
@@ -78,7 +97,52 @@ def _test(one: TestForecast) -> dict[str, Any]:
             }
             for judged in one.limits
         ],
+        "swept_back": {q.name: {q.what: value} for q, value in one.swept_back.items()},
         "sentences": sentences(one),
+    }
+    return found if one.notch is None else {**found, **_notch_plan(one, one.notch)}
+
+
+def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
+    """Return a notch plan as JSON: breakpoints in the unit that their key names."""
+    found = plan.found
+    told: dict[str, Any] = {
+        "probability": plan.wish.probability,
+        "edges_db_per_octave": plan.wish.slope,
+        "why_none": plan.why_none or None,
+    }
+    if found is not None:
+        told |= _notched(one, found)
+    if plan.by_force is not None:
+        own = {"c_squared": C_SQUARED, "notch": _breakpoints(plan.by_force)}
+        told["force_limited"] = own | _notched(one, plan.by_force)
+    return {"notch": [] if found is None else _breakpoints(found), "notch_plan": told}
+
+
+def _breakpoints(notched: Notched) -> list[dict[str, float]]:
+    profile = notched.test.profile
+    if profile is None:
+        return []
+    _, scale, key = WRITTEN[profile.unit]
+    return [
+        {"frequency_hz": at, key: level / scale}
+        for at, level in zip(profile.frequency_hz, profile.level, strict=True)
+    ]
+
+
+def _notched(one: TestForecast, notched: Notched) -> dict[str, Any]:
+    costs: dict[str, dict[str, float]] = {}
+    for quantity, cost in notched.cost_db.items():
+        costs.setdefault(quantity.name, {})[f"{quantity.what}_db"] = cost
+    return {
+        "deepest_db": notched.deepest_db,
+        "octaves": notched.octaves,
+        "drive_db": lower_drive(notched, one.planned.test),
+        "cost": costs,
+        "exceeded": [
+            {"quantity": judged.name, "probability": probability}
+            for judged, probability in zip(one.limits, notched.exceeds, strict=True)
+        ],
     }
 
 

@@ -1,11 +1,12 @@
 """Simulated tests of one level: numbers, calibration and phases drawn anew for each."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
@@ -13,7 +14,8 @@ from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
 from shakerproc.forecasts.extremes import largest_in
 from shakerproc.forecasts.motion import Motion, motion_of
-from shakerproc.forecasts.quantities import Quantity, densities, values_of_motion
+from shakerproc.forecasts.passages import passage
+from shakerproc.forecasts.quantities import Quantity, densities, samples_of, values_of_motion
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
@@ -25,9 +27,12 @@ MOST_DRAWS: Final = 60
 LEAST_DRAWS: Final = 16
 """Simulated tests of a level, however long they are [-]."""
 
-MOST_SAMPLES: Final = 2**23
-"""Samples of all simulated tests of a level, beyond which there are fewer of them: some ten
+MOST_SAMPLES: Final = 2**22
+"""Samples of all simulated tests of a level, beyond which there are fewer of them: some three
 seconds of a processor [-]."""
+
+PAIRED_DRAWS: Final = 6
+"""Simulated tests of another level, each beside one of the same numbers and phases [-]."""
 
 LONGEST: Final = 60.0
 """Duration of steady vibration that is simulated; what is longer follows from it [s]."""
@@ -82,6 +87,8 @@ class Ensemble:
 
     Attributes
     ----------
+    draws : (n_draws,) array of int
+        Number of each; the same number is the same phases, numbers and calibration.
     values : mapping of Quantity to (n_draws,) array
         What each gave [unit of the quantity].
     frequency : (n_frequencies,) array
@@ -90,15 +97,35 @@ class Ensemble:
         Of each response [unit^2/Hz].
     failed : int
         Draws whose motion ran away; they are left out.
-    motion : Motion
-        Of the fitted numbers, without any error of calibration.
+    passed : mapping of Quantity to (n_bins,) array
+        How the quantities that were watched follow the drive (see `passages`).
     """
 
+    draws: NDArray[np.int64]
     values: Mapping[Quantity, FloatArray]
     frequency: FloatArray
     densities: Mapping[str, FloatArray]
     failed: int
-    motion: Motion
+    passed: Mapping[Quantity, FloatArray] = field(default_factory=dict)
+
+    def changed_as(self, there: "Ensemble") -> dict[Quantity, FloatArray]:
+        r"""Return the values of all draws in another test, of which a few were simulated.
+
+        .. math:: x_i' = x_i \exp\left(\frac{1}{m} \sum_{k=1}^{m} \ln \frac{x_k'}{x_k}\right)
+
+        Of the same numbers and phases the ratio scatters far less than the values do.
+
+        Parameters
+        ----------
+        there : Ensemble
+            Of the other test; draws that are here and there count.
+        """
+        _, mine, other = np.intersect1d(self.draws, there.draws, return_indices=True)
+        found = {}
+        for quantity, values in self.values.items():
+            before, after = values[mine], there.values[quantity][other]
+            found[quantity] = values * np.exp(np.mean(np.log(after / before)))
+        return found
 
 
 def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
@@ -111,12 +138,18 @@ def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
     return max(one for one, _ in found), np.max([each for _, each in found], axis=0)
 
 
+def n_draws(planned: Planned) -> int:
+    """Return how many tests of a level are simulated [-]."""
+    size = planned.simulated * planned.sample_rate
+    return int(np.clip(MOST_SAMPLES // size, LEAST_DRAWS, MOST_DRAWS))
+
+
 def ensemble(
     numbers: FittedNumbers,
-    planned: Planned,
+    drives: "Drives",
+    count: int,
     factor: float = 1.0,
-    seed: int = 0,
-    most: int = MOST_DRAWS,
+    watched: Sequence[Quantity] = (),
 ) -> Ensemble:
     """Return simulated tests of one level.
 
@@ -124,55 +157,77 @@ def ensemble(
     ----------
     numbers : FittedNumbers
         What the tests tell of the model.
-    planned : Planned
-        The test.
+    drives : Drives
+        What drives them.
+    count : int
+        How many.
     factor : float
         Amplitude over that of the log [-].
-    seed : int
-        Of what is drawn: the same at every level.
-    most : int
-        Simulated tests at most.
+    watched : sequence of Quantity
+        Those of which it is wanted how they follow the drive at each frequency.
 
     Raises
     ------
     SimulationError
         If most of the motions run away.
     """
-    size = planned.simulated * planned.sample_rate
-    count = int(np.clip(MOST_SAMPLES // size, LEAST_DRAWS, most))
+    planned, seed = drives.planned, drives.seed
     drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
-    drives = _Drives(planned, factor, seed)
-    best = drives.motion(0, numbers.model, numbers.gain, 1.0)
     values, drawn_densities, frequency = [], [], np.zeros(0)
-    longer = planned.duration / planned.simulated
+    longer, moved = planned.duration / planned.simulated, []
+    passed: dict[Quantity, list[FloatArray]] = {quantity: [] for quantity in watched}
     for i, (model, gains) in enumerate(drawn):
         generator = np.random.default_rng([seed, 2, i])
         of_input, of_sensors = planned.spreads
         louder = 1.0 + of_input * generator.standard_normal()
         off = 1.0 + of_sensors * generator.standard_normal(gains.size)
-        motion = drives.motion(i, model, gains * off, louder)
+        motion = drives.motion(i, model, gains * off, factor * louder)
         if motion is None:
             continue
+        moved.append(i)
         rows = np.array(list(motion.responses.values()))
         spectra = densities(rows, motion.sample_rate, planned.excited)
         largest = partial(_largest, longer, generator)
         values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
         frequency = spectra[0].frequency
         drawn_densities.append([one.values for one in spectra])
-    if best is None or 2 * len(values) < count:
-        raise SimulationError(
-            f"{planned.test.source}: test {planned.test.id}: the motion of "
-            f"{numbers.model.title} runs away in {count - len(values)} of {count} draws of its "
-            "numbers; these tests do not tell them well enough for this level."
-        )
+        for quantity, rows_of in passed.items():
+            samples = samples_of(quantity, model, motion, planned.carried)
+            rows_of.append(passage(planned.test, motion, samples))
+    if 2 * len(values) < count:
+        where = f" in {count - len(values)} of {count} draws"
+        raise SimulationError(_runs_away(numbers, planned, where))
     names = list(numbers.model.sensors)
     stacked = np.array(drawn_densities)
     return Ensemble(
+        np.array(moved),
         {q: np.array([one[q] for one in values]) for q in values[0]},
         frequency,
         {name: stacked[:, i] for i, name in enumerate(names)},
         count - len(values),
-        best,
+        {quantity: np.mean(each, axis=0) for quantity, each in passed.items()},
+    )
+
+
+def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> Motion:
+    """Return the motion of the fitted numbers, without any error of calibration.
+
+    Raises
+    ------
+    SimulationError
+        If it runs away.
+    """
+    found = drives.motion(0, numbers.model, numbers.gain, 1.0)
+    if found is None:
+        raise SimulationError(_runs_away(numbers, drives.planned, ""))
+    return found
+
+
+def _runs_away(numbers: FittedNumbers, planned: Planned, where: str) -> str:
+    return (
+        f"{planned.test.source}: test {planned.test.id}: the motion of {numbers.model.title} "
+        f"runs away{where} of its numbers; these tests do not tell them well enough for this "
+        "level."
     )
 
 
@@ -182,13 +237,21 @@ def _largest(longer: float, generator: np.random.Generator, samples: FloatArray)
 
 
 @final
-class _Drives:
-    """What drives the simulated tests of a level: phases drawn anew for each."""
+class Drives:
+    """What drives the simulated tests of a plan: phases drawn anew for each.
 
-    def __init__(self, planned: Planned, factor: float, seed: int) -> None:
-        self.planned, self.factor, self.seed = planned, factor, seed
-        first = self._samples(0)
-        self.first = prepare_measured(first, planned.sample_rate, imposed=False)
+    Parameters
+    ----------
+    planned : Planned
+        The test.
+    seed : int
+        Of what is drawn: the same at every level.
+    """
+
+    def __init__(self, planned: Planned, seed: int) -> None:
+        self.planned, self.seed = planned, seed
+        self._first = self._samples(0)
+        self._prepared = prepare_measured(self._first, planned.sample_rate, imposed=False)
 
     def motion(
         self, number: int, model: Model, gains: FloatArray, louder: float
@@ -197,12 +260,11 @@ class _Drives:
 
         `gains` are those of the sensors, `louder` that of the drive [-].
         """
-        drive = louder * self._samples(number)
-        given = prepare_like(drive, self.first)
+        drive = louder * (self._samples(number) if number else self._first)
+        given = prepare_like(drive, self._prepared)
         planned = self.planned
         return motion_of(model, given, drive, planned.compared, gains, table=planned.table)
 
     def _samples(self, number: int) -> FloatArray:
         planned, generator = self.planned, np.random.default_rng([self.seed, 1, number])
-        samples = drive_of_test(planned.test, planned.simulated, planned.sample_rate, generator)
-        return self.factor * samples
+        return drive_of_test(planned.test, planned.simulated, planned.sample_rate, generator)

@@ -1,9 +1,9 @@
 """What planned tests will do, with bands that were earned on the levels that were run."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -12,7 +12,18 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.bands import Spread, spread_of
-from shakerproc.forecasts.ensemble import LEAST_DRAWS, Ensemble, Planned, ensemble, spreads_of
+from shakerproc.forecasts.ensemble import (
+    PAIRED_DRAWS,
+    Drives,
+    Ensemble,
+    Planned,
+    ensemble,
+    fitted_motion,
+    n_draws,
+    spreads_of,
+)
+from shakerproc.forecasts.extremes import largest_in
+from shakerproc.forecasts.ladder import LastStep, last_step
 from shakerproc.forecasts.levels import (
     amplitude_of,
     amplitude_of_measured,
@@ -29,9 +40,17 @@ from shakerproc.forecasts.model_error import (
     Run,
     error_of,
     level_errors,
+    prepared_drive,
     run_of,
 )
-from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.notch_plan import (
+    NotchPlan,
+    NotchTask,
+    NotchWish,
+    check_notches,
+    notch_plan,
+)
+from shakerproc.forecasts.quantities import Quantity, densities, values_of_motion
 from shakerproc.forecasts.reasons import reasons
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
@@ -101,6 +120,11 @@ class TestForecast:
         The highest level that was run, which is scaled.
     reasons : tuple of str
         What joints do otherwise than there.
+    swept_back : mapping of Quantity to float
+        Of a sweep, what responses do in the other direction, where that is outside the band
+        [unit of the quantity].
+    notch : NotchPlan, optional
+        The least notches that keep every limit, where they were asked for.
     """
 
     __test__ = False
@@ -113,6 +137,8 @@ class TestForecast:
     limits: tuple[Judged, ...]
     run: Run
     reasons: tuple[str, ...]
+    swept_back: dict[Quantity, float] = field(default_factory=dict)
+    notch: NotchPlan | None = None
 
     @property
     def go(self) -> bool | None:
@@ -137,12 +163,15 @@ class Forecast:
         In the order of the log.
     notes : tuple of str
         What the reader must know besides, a sentence each.
+    step : LastStep, optional
+        The highest level that was run, predicted and measured.
     """
 
     title: str
     evidence: Evidence
     tests: tuple[TestForecast, ...]
     notes: tuple[str, ...]
+    step: LastStep | None = None
 
 
 def forecast_tests(
@@ -151,6 +180,8 @@ def forecast_tests(
     tests: Sequence[Measured],
     planned: Sequence[Test],
     *,
+    wish: NotchWish | None = None,
+    earlier: Mapping[str, Any] | None = None,
     seed: int = 0,
     say: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
@@ -166,6 +197,10 @@ def forecast_tests(
         Those that were run.
     planned : sequence of Test
         Those to forecast.
+    wish : NotchWish, optional
+        What a notch plan shall keep; none is made by default.
+    earlier : mapping, optional
+        The document of the forecast that was made before the last test was run.
     seed : int
         Of all that is drawn.
     say : callable
@@ -182,13 +217,22 @@ def forecast_tests(
     """
     ready = [_planned(log, one, model, tests) for one in planned]
     quantities = [(limit, quantity_of(limit, model, log)) for limit in log.limits]
+    if wish is not None:
+        check_notches(log, planned)
     levels = _levels(log, tests)
     found = evidence_of(model, levels, say)
     made = []
     for one in ready:
         say(f"test {one.test.id}")
-        made.append(_forecast(found, one, quantities, seed, say))
-    return Forecast(log.title, found, tuple(made), _notes(found, made))
+        own = _forecast(found, one, quantities, seed, say)
+        if wish is not None:
+            task = NotchTask(
+                found.numbers, one, own.made, quantities, partial(_spread, found), wish, seed
+            )
+            own = replace(own, notch=notch_plan(task, say))
+        made.append(own)
+    step = last_step(found.errors, earlier)
+    return Forecast(log.title, found, tuple(made), _notes(found, made), step)
 
 
 def evidence_of(
@@ -205,20 +249,31 @@ def evidence_of(
     say : callable
         Called with what is being done.
     """
-    every = [test for group in levels for test in group]
-    fitted = [test for test in every if not test.test.hold_out]
-    numbers = fitted_numbers(model, fitted, say)
-    highest = max(map(amplitude_of_measured, fitted))
-    errors = level_errors(numbers, fitted, highest)
-    below: list[Measured] = []
+    drives = {test: prepared_drive(test) for group in levels for test in group}
+    fitted = tuple(test for test in drives if not test.test.hold_out)
+    done: dict[tuple[Measured, ...], FittedNumbers] = {}
+
+    def numbers_of(tests: tuple[Measured, ...]) -> FittedNumbers:
+        if tests not in done:
+            done[tests] = fitted_numbers(model, tests, say)
+        return done[tests]
+
+    def errors_of(
+        own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
+    ) -> list[LevelError]:
+        highest = max(map(amplitude_of_measured, known))
+        return level_errors(own, {test: drives[test] for test in of}, highest)
+
+    numbers = numbers_of(fitted)
+    errors = errors_of(numbers, fitted, fitted)
+    below: tuple[Measured, ...] = ()
     for group in levels:
         if below:
             say(f"level {group[0].test.level_text} forecast from those below it")
-            own = fitted_numbers(model, below, say)
-            errors += level_errors(own, group, max(map(amplitude_of_measured, below)))
-        below += [test for test in group if not test.test.hold_out]
-    runs = tuple(run_of(numbers, test) for test in every)
-    return Evidence(numbers, runs, tuple(errors), highest)
+            errors += errors_of(numbers_of(below), group, below)
+        below += tuple(test for test in group if not test.test.hold_out)
+    runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
+    return Evidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
 
 
 def _levels(log: TestLog, tests: Sequence[Measured]) -> list[list[Measured]]:
@@ -288,38 +343,77 @@ def _forecast(
 ) -> TestForecast:
     amplitude = amplitude_of(planned.test) or 0.0
     distance = decibels(amplitude / evidence.highest)
-    made = ensemble(evidence.numbers, planned, seed=seed)
-    spreads = {q: _spread(evidence, q, one, distance) for q, one in made.values.items()}
-    at: dict[float, Ensemble] = {0.0: made}
+    drives = Drives(planned, seed)
+    made = ensemble(evidence.numbers, drives, n_draws(planned))
+    spreads = {q: _spread(evidence, planned.test, q, x) for q, x in made.values.items()}
+    at: dict[float, Mapping[Quantity, FloatArray]] = {0.0: made.values}
 
-    def probability(quantity: Quantity, limit: float, level: float) -> float:
+    def beyond(quantity: Quantity, limit: float, level: float) -> float:
         if level not in at:
             say(f"test {planned.test.id} at {level:+.0f} dB")
             factor = 10.0 ** (level / 20.0)
-            at[level] = ensemble(evidence.numbers, planned, factor, seed, LEAST_DRAWS)
-        drawn = at[level].values[quantity]
-        return _spread(evidence, quantity, drawn, distance + level).exceeds(limit)
+            few = ensemble(evidence.numbers, drives, PAIRED_DRAWS, factor)
+            at[level] = made.changed_as(few)
+        spread = _spread(evidence, planned.test, quantity, at[level][quantity], level)
+        return decibels(spread.quantile(1.0 - ALLOWED) / limit)
 
     judged = []
     for limit, quantity in limits:
-        reached = level_of(partial(probability, quantity, limit.value))
+        reached = level_of(partial(beyond, quantity, limit.value))
         exceeds = spreads[quantity].exceeds(limit.value)
         judged.append(Judged(limit, quantity, exceeds, reached))
     run = _scaled_run(evidence, planned)
     ratio = amplitude / amplitude_of_measured(run.measured)
-    why = reasons(evidence.numbers.model, run.motion, made.motion)
-    linear = _linear(run, spreads, made, ratio)
+    motion = fitted_motion(evidence.numbers, drives)
+    why = reasons(evidence.numbers.model, run.motion, motion)
+    linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
+    back = swept_back(evidence.numbers, planned, spreads, seed)
     return TestForecast(
-        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why)
+        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why), back
     )
 
 
+def swept_back(
+    numbers: FittedNumbers, planned: Planned, spreads: Mapping[Quantity, Spread], seed: int
+) -> dict[Quantity, float]:
+    """Return the largest responses of a sweep in the other direction that leave their bands.
+
+    Where two motions are possible at one frequency, a sweep follows the one that it comes from.
+
+    Parameters
+    ----------
+    numbers : FittedNumbers
+        What the tests tell of the model.
+    planned : Planned
+        The test; of any other excitation nothing is returned.
+    spreads : mapping of Quantity to Spread
+        Its quantities as planned.
+    seed : int
+        Of all that is drawn.
+    """
+    test = planned.test
+    if test.excitation != "sine sweep":
+        return {}
+    other = replace(test, from_hz=test.to_hz, to_hz=test.from_hz)
+    motion = fitted_motion(numbers, Drives(replace(planned, test=other), seed))
+    rows = np.array(list(motion.responses.values()))
+    spectra = densities(rows, motion.sample_rate, planned.excited)
+    found = values_of_motion(numbers.model, motion, spectra, largest_in)
+    return {
+        quantity: value
+        for quantity, value in found.items()
+        if quantity.what == "peak" and not spreads[quantity].holds(value)
+    }
+
+
 def _spread(
-    evidence: Evidence, quantity: Quantity, drawn: FloatArray, distance: float
+    evidence: Evidence, test: Test, quantity: Quantity, drawn: FloatArray, above: float = 0.0
 ) -> Spread:
+    """Return a quantity with its model error, so far above the level of a planned test [dB]."""
     error = evidence.error(quantity)
     if error is None:
         return spread_of(drawn, 0.0, np.inf)
+    distance = decibels((amplitude_of(test) or 0.0) / evidence.highest) + above
     return spread_of(drawn, error.at(distance), error.freedom)
 
 
@@ -330,7 +424,7 @@ def _scaled_run(evidence: Evidence, planned: Planned) -> Run:
 
 
 def _linear(
-    run: Run, spreads: dict[Quantity, Spread], made: Ensemble, ratio: float
+    run: Run, spreads: dict[Quantity, Spread], drive: float, ratio: float
 ) -> dict[Quantity, float]:
     """Return what scaling of a run says of each quantity.
 
@@ -338,11 +432,11 @@ def _linear(
     them under the measured drive. A drive that is measured at rest in part is scaled as it is.
     """
     part = slice(run.measured.start, run.measured.stop)
-    drive = float(np.std(made.motion.drive)) / drive_rms(run.measured)
+    louder = drive / drive_rms(run.measured)
     found = {}
     for quantity in spreads:
         if quantity.whose == "response":
-            scale = 1.0 if quantity.what == "peak_frequency_hz" else drive
+            scale = 1.0 if quantity.what == "peak_frequency_hz" else louder
             found[quantity] = scale * run.values[quantity]
         elif quantity.whose == "joint":
             pair = next(p for p in run.motion.joints if "-".join(p) == quantity.name)

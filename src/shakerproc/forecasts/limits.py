@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.errors import LogError
@@ -23,8 +22,6 @@ STEP_DB: Final = 3.0
 
 FARTHEST_DB: Final = 12.0
 """Distance from the demanded level up to which it is looked for [dB]."""
-
-_LEAST: Final = 1e-4  # probability that is told apart from 0
 
 
 @final
@@ -155,32 +152,43 @@ def _of_shaker(limit: Limit, model: Model, log: TestLog) -> Quantity:
     return Quantity("shaker", "", what, limit.unit)
 
 
-def level_of(probability: Callable[[float], float]) -> float | None:
+def level_of(beyond: Callable[[float], float]) -> float | None:
     """Return the level at which a limit is exceeded with 5 %; None beyond 12 dB.
+
+    Looked for at multiples of 3 dB next to where it would be if all grew with the level, then
+    between the two that enclose it.
 
     Parameters
     ----------
-    probability : callable
-        From a level above that of the test [dB] to the probability [-].
+    beyond : callable
+        From a level above that of the test [dB] to the 95 % quantile over the limit [dB].
 
     Returns
     -------
     float or None
         Level above that of the test [dB].
     """
-    here, level = _score(probability(0.0)), 0.0
-    step = -STEP_DB if here > _score(ALLOWED) else STEP_DB
-    while abs(level) < FARTHEST_DB:
-        there = _score(probability(level + step))
-        if (there - _score(ALLOWED)) * (here - _score(ALLOWED)) <= 0.0 and there != here:
-            return level + step * (_score(ALLOWED) - here) / (there - here)
-        here, level = there, level + step
-    return None
-
-
-def _score(probability: float) -> float:
-    """Return the normal score of a probability, straight in level where laws are bells."""
-    return float(scipy.special.ndtri(np.clip(probability, _LEAST, 1.0 - _LEAST)))
+    known = {0: beyond(0.0)}
+    last = round(FARTHEST_DB / STEP_DB)
+    while True:
+        steps = np.array(sorted(known))
+        over = np.array([known[int(step)] for step in steps])
+        crossed = np.flatnonzero(over[:-1] * over[1:] <= 0.0)
+        if crossed.size:
+            i = min(crossed, key=lambda i: abs(steps[i] + steps[i + 1]))
+            share = over[i] / (over[i] - over[i + 1]) if over[i] != over[i + 1] else 0.0
+            level = STEP_DB * (steps[i] + share * (steps[i + 1] - steps[i]))
+            if steps[i + 1] - steps[i] == 1:
+                return float(level)
+            step = int(np.clip(round(level / STEP_DB), steps[i] + 1, steps[i + 1] - 1))
+        else:
+            end = int(steps[-1] if over[0] < 0.0 else steps[0])
+            further = 1 if over[0] < 0.0 else -1
+            if abs(end) >= last:
+                return None
+            away = max(1, round(abs(known[end]) / STEP_DB))
+            step = int(np.clip(end + further * away, -last, last))
+        known[step] = beyond(STEP_DB * step)
 
 
 def what_of_joint(limit: Limit) -> What:

@@ -1,6 +1,6 @@
 """How far the model misses a level that it was not fitted to, from levels that were run."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -15,6 +15,7 @@ from shakerproc.forecasts.levels import amplitude_of_measured, decibels
 from shakerproc.forecasts.motion import Motion, motion_of
 from shakerproc.forecasts.quantities import Density, Quantity, densities, values_of_response
 from shakerproc.models import Model
+from shakerproc.simulation import Input
 from shakerproc.simulation.inputs import prepare_measured
 
 SPREAD_DRAWS: Final = 8
@@ -147,8 +148,17 @@ class Run:
     motion: Motion
 
 
-def run_of(numbers: FittedNumbers, measured: Measured) -> Run:
+def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> Run:
     """Return a test that was run beside the motion of the fitted model.
+
+    Parameters
+    ----------
+    numbers : FittedNumbers
+        Of any tests.
+    measured : Measured
+        The test.
+    given : Input
+        What drove it, prepared (see `prepared_drive`).
 
     Raises
     ------
@@ -156,7 +166,7 @@ def run_of(numbers: FittedNumbers, measured: Measured) -> Run:
         If the model runs away in it.
     """
     model = numbers.model
-    motion = simulated(model, measured, numbers.gain)
+    motion = motion_of(model, given, measured.input, measured.band, numbers.gain)
     if motion is None:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
     rows = in_band(measured.responses, measured.sample_rate, measured.band)
@@ -164,17 +174,13 @@ def run_of(numbers: FittedNumbers, measured: Measured) -> Run:
     return Run(measured, values, spectra, motion)
 
 
-def simulated(model: Model, measured: Measured, gains: FloatArray) -> Motion | None:
-    """Return the motion of a model under the measured drive of a test.
-
-    `gains` are those of the sensors [-].
-    """
-    given = prepare_measured(measured.input, measured.sample_rate, imposed=False)
-    return motion_of(model, given, measured.input, measured.band, gains)
+def prepared_drive(measured: Measured) -> Input:
+    """Return the measured drive of a test, prepared for the engine."""
+    return prepare_measured(measured.input, measured.sample_rate, imposed=False)
 
 
 def level_errors(
-    numbers: FittedNumbers, tests: Sequence[Measured], highest: float
+    numbers: FittedNumbers, tests: Mapping[Measured, Input], highest: float
 ) -> list[LevelError]:
     """Return how far numbers miss what tests measured.
 
@@ -182,16 +188,19 @@ def level_errors(
     ----------
     numbers : FittedNumbers
         Of any tests.
-    tests : sequence of Measured
-        What is forecast.
+    tests : mapping of Measured to Input
+        What is forecast, and what drove it.
     highest : float
         Amplitude of the highest level that the numbers are of [SI].
     """
     found = []
-    for measured in tests:
-        run = run_of(numbers, measured)
+    for measured, given in tests.items():
+        run = run_of(numbers, measured, given)
         drawn = numbers.drawn(SPREAD_DRAWS, np.random.default_rng(0))
-        motions = [(model, simulated(model, measured, gains)) for model, gains in drawn]
+        motions = [
+            (model, motion_of(model, given, measured.input, measured.band, gains))
+            for model, gains in drawn
+        ]
         each = [_predicted(one, model, measured) for model, one in motions if one is not None]
         every = [_predicted(run.motion, numbers.model, measured), *each]
         distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)

@@ -91,10 +91,15 @@ def densities(
     band : (float, float)
         What is excited [Hz].
     """
-    n = rows.shape[1]
-    segment = min(LONGEST_SEGMENT, 2 ** int(np.log2(max(n // SEGMENTS, 64))), n)
+    segment = segment_of(rows.shape[1])
     found = cross_spectra(rows, sample_rate, segment=segment, window="hann", inputs=[0])
     return tuple(Density(found.frequency, one, band) for one in psd(found))
+
+
+def segment_of(n_samples: int) -> int:
+    """Return the samples of a Welch segment of a test of so many [-]."""
+    longest = 1 << int(np.log2(max(n_samples // SEGMENTS, 64)))
+    return min(LONGEST_SEGMENT, longest, n_samples)
 
 
 def values_of_response(
@@ -146,20 +151,39 @@ def values_of_motion(
     for (name, samples), spectrum in zip(motion.responses.items(), spectra, strict=True):
         unit = model.sensor_unit(model.sensors[name])
         found |= values_of_response(name, unit, samples, spectrum, largest)
+    others = samples_besides(model, motion, carried)
+    return found | {quantity: largest(samples) for quantity, samples in others.items()}
+
+
+def samples_besides(
+    model: Model, motion: Motion, carried: float | None = None
+) -> dict[Quantity, FloatArray]:
+    """Return the samples of joints, force and shaker of a simulated test, (n,) arrays.
+
+    `carried` is the mass that the shaker moves besides the model [kg].
+    """
+    found: dict[Quantity, FloatArray] = {}
     metre, newton = model.unit_of("m"), model.unit_of("N")
     for pair, joint in motion.joints.items():
         name = "-".join(pair)
-        moved = Quantity("joint", name, "displacement", metre)
-        found[moved] = largest(joint.displacement)
-        found[Quantity("joint", name, "force", newton)] = largest(joint.force)
+        found[Quantity("joint", name, "displacement", metre)] = joint.displacement
+        found[Quantity("joint", name, "force", newton)] = joint.force
     into = _force_into(model, motion)
-    found[Quantity("force", "", "force", newton)] = largest(into)
+    found[Quantity("force", "", "force", newton)] = into
     for what, samples, unit in motion.table:
-        found[Quantity("shaker", "", what, unit)] = largest(samples)
+        found[Quantity("shaker", "", what, unit)] = samples
         if what == "acceleration" and carried is not None:
-            pushed = largest(carried * samples - into)
-            found[Quantity("shaker", "", "force", newton)] = pushed
+            found[Quantity("shaker", "", "force", newton)] = carried * samples - into
     return found
+
+
+def samples_of(
+    quantity: Quantity, model: Model, motion: Motion, carried: float | None
+) -> FloatArray:
+    """Return the samples of one quantity of a simulated test, (n,) array [its unit]."""
+    if quantity.whose == "response":
+        return motion.responses[quantity.name]
+    return samples_besides(model, motion, carried)[quantity]
 
 
 def _force_into(model: Model, motion: Motion) -> FloatArray:

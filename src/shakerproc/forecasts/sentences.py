@@ -5,9 +5,12 @@ from types import MappingProxyType
 from typing import Final
 
 from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.forecasts.force_limits import C_SQUARED
 from shakerproc.forecasts.forecast import Forecast, TestForecast
 from shakerproc.forecasts.levels import decibels, told_level
 from shakerproc.forecasts.limits import Judged
+from shakerproc.forecasts.notch_plan import Notched, NotchPlan, lower_drive
+from shakerproc.forecasts.quantities import Quantity
 from shakerproc.numerals import numeral
 
 SHOWN: Final[Mapping[str, tuple[str, float]]] = MappingProxyType({
@@ -26,23 +29,82 @@ def headline(found: Forecast) -> str:
     told = f"test {test.planned.test.id} exceeds {worst.name} {told_limit(worst)}"
     if all(one.go for one in found.tests):
         return f"go: every limit is kept; at most {percent(worst.probability)} that {told}"
-    return f"no-go: {told} with a probability of {percent(worst.probability)}"
+    verdict = f"no-go: {told} with a probability of {percent(worst.probability)}"
+    plan = test.notch
+    if plan is None or plan.found is None:
+        return verdict
+    return f"{verdict}; notched, each limit is kept with {percent(plan.wish.probability)}"
 
 
 def sentences(one: TestForecast) -> list[str]:
     """Return what to know of a planned test, a sentence each."""
+    found = [*departures(one), *(_of_limit(one, judged) for judged in one.limits)]
+    return found if one.notch is None else [*found, *of_notches(one, one.notch)]
+
+
+def departures(one: TestForecast) -> list[str]:
+    """Return where responses depart from linear scaling, and why, a sentence each."""
     found = [*filter(None, (_departure(one, name) for name in one.run.motion.responses))]
     if found and one.reasons:
         found.append(f"Why: {'; '.join(one.reasons)}.")
-    for judged in one.limits:
-        level = "" if judged.level_db is None else (
-            f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
-        )  # fmt: skip
+    for quantity, value in one.swept_back.items():
+        unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+        there, here = (numeral(v / factor) for v in (value, one.spreads[quantity].value))
         found.append(
-            f"{judged.name} {told_limit(judged)} is exceeded with "
-            f"{percent(judged.probability)}{level}."
+            f"Swept the other way, {quantity.name} reaches {there} {unit} instead of {here} "
+            f"{unit}: it depends on where the sweep comes from."
         )
     return found
+
+
+def _of_limit(one: TestForecast, judged: Judged) -> str:
+    level = "" if judged.level_db is None else (
+        f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
+    )  # fmt: skip
+    share = percent(judged.probability)
+    return f"{judged.name} {told_limit(judged)} is exceeded with {share}{level}."
+
+
+def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
+    """Return what notches do to a planned test, a sentence each."""
+    found = []
+    if plan.found is not None:
+        each = f"each limit with {percent(plan.wish.probability)}"
+        found.append(f"Notches keep {each}: {_taken(one, plan.found)}.")
+        rows: dict[str, list[str]] = {}
+        for quantity, cost in plan.found.cost_db.items():
+            word = "its largest value" if quantity.what == "peak" else quantity.what
+            rows.setdefault(quantity.name, []).append(f"{cost:.1f} dB of {word}")
+        found += [f"They cost {name} {' and '.join(told)}." for name, told in rows.items()]
+        found.append(f"Under other phases {_exceeded(one, plan.found)}.")
+    elif plan.needless:
+        found.append(f"No notch is needed: {plan.why_none}.")
+    else:
+        levels = [judged.level_db for judged in one.limits]
+        known = [level for level in levels if level is not None]
+        to = f" to {told_level(one.planned.test, min(known))}" if known else ""
+        found.append(f"No notch keeps every limit: {plan.why_none}{to}.")
+    if plan.by_force is not None:
+        found.append(
+            f"Force limiting (NASA-HDBK-7004C, C^2 = {C_SQUARED:g}) would take "
+            f"{_taken(one, plan.by_force)}: {_exceeded(one, plan.by_force)}."
+        )
+    return found
+
+
+def _taken(one: TestForecast, notched: Notched) -> str:
+    lower = lower_drive(notched, one.planned.test)
+    drive = f", the drive {lower:.1f} dB lower" if lower > 0.0 else ""
+    octaves = numeral(notched.octaves, 2)
+    return f"{notched.deepest_db:.1f} dB at most, over {octaves} octaves{drive}"
+
+
+def _exceeded(one: TestForecast, notched: Notched) -> str:
+    each = [
+        f"{judged.name} {told_limit(judged)} is exceeded with {percent(probability)}"
+        for judged, probability in zip(one.limits, notched.exceeds, strict=True)
+    ]
+    return ", ".join(each)
 
 
 def _departure(one: TestForecast, name: str) -> str:
@@ -51,8 +113,8 @@ def _departure(one: TestForecast, name: str) -> str:
     for quantity, spread in one.spreads.items():
         if quantity.whose != "response" or quantity.name != name:
             continue
-        linear, (low, high) = one.linear[quantity], spread.band
-        if low <= linear <= high:
+        linear = one.linear[quantity]
+        if spread.holds(linear):
             continue
         if quantity.what == "peak_frequency_hz":
             told.append(
@@ -66,6 +128,15 @@ def _departure(one: TestForecast, name: str) -> str:
         return ""
     run = one.run.measured
     return f"{name} departs from linear scaling of test {run.name}: {', '.join(told)}."
+
+
+def owner(quantity: Quantity) -> str:
+    """Return of what a quantity is, for people."""
+    if quantity.whose == "response":
+        return quantity.name
+    if quantity.whose == "force":
+        return "specimen"
+    return f"{quantity.whose} {quantity.name}".strip()
 
 
 def percent(probability: float) -> str:

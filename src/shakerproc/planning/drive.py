@@ -1,6 +1,5 @@
 """The excitation that the log asks for, as samples: what the shaker would do in a test."""
 
-from collections.abc import Callable
 from math import log2
 from typing import Final
 
@@ -167,19 +166,32 @@ def _signal(test: Test, duration: float) -> Signal:
         cycles = max(1, round(duration / float(np.sum(1.0 / steps))))
         return stepped_sine([float(f) for f in steps], cycles, level)
     if test.rate_hz_per_s is not None:
-        swept = linear_sweep(first, last, duration, level)
-        return _shaped(test, swept, lambda share: first + (last - first) * share, duration)
+        return _shaped(test, linear_sweep(first, last, duration, level), duration)
     rate = 60.0 * log2(high / low) / duration
-    swept = logarithmic_sweep(first, last, rate, level)
-    return _shaped(test, swept, lambda share: first * (last / first) ** share, duration)
+    return _shaped(test, logarithmic_sweep(first, last, rate, level), duration)
 
 
-def _shaped(
-    test: Test, swept: Signal, frequency: Callable[[FloatArray], FloatArray], duration: float
-) -> Signal:
+def frequency_of_sweep(test: Test, share: FloatArray) -> FloatArray:
+    """Return the frequency of a sweep when a share of its duration has passed [Hz].
+
+    Parameters
+    ----------
+    test : Test
+        The line of the log.
+    share : (n,) array
+        From 0 to 1 [-].
+    """
+    low, high = _band(test)
+    first, last = (test.from_hz or low), (test.to_hz or high)
+    if test.rate_hz_per_s is not None:
+        return first + (last - first) * share
+    return np.asarray(first * (last / first) ** share)
+
+
+def _shaped(test: Test, swept: Signal, duration: float) -> Signal:
     """Return a sweep with the amplitude that the profile of its test has at each frequency.
 
-    `frequency` is a function of the share of the duration [s] that has passed.
+    `duration` is that of the sweep [s].
     """
     profile = test.profile
     if profile is None:
@@ -187,7 +199,7 @@ def _shaped(
     corners = np.array(profile.frequency_hz), np.array(profile.level)
 
     def signal(time: FloatArray) -> FloatArray:
-        now = frequency(np.clip(time / duration, 0.0, 1.0))
+        now = frequency_of_sweep(test, np.clip(time / duration, 0.0, 1.0))
         inside = np.clip(now, corners[0][0], corners[0][-1])
         shaped: FloatArray = swept(time) * profile_at(inside, *corners)
         return shaped

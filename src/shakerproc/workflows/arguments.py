@@ -129,6 +129,20 @@ def positive_of(name: str, given: Any) -> float:
     raise ArgumentError(name, f"must be a number above 0, not {number:g}")
 
 
+def within_of(name: str, given: Any, least: float, most: float) -> float:
+    """Return a number within limits.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none, or outside.
+    """
+    number = _real(name, given)
+    if least <= number <= most:
+        return number
+    raise ArgumentError(name, f"must be from {least:g} to {most:g}, not {number:g}")
+
+
 def _real(name: str, given: Any) -> float:
     if not isinstance(given, bool) and isinstance(given, Real):
         with suppress(OverflowError):

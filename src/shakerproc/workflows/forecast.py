@@ -1,6 +1,7 @@
 """What the next level does: what `shakerproc forecast` does."""
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
@@ -9,11 +10,19 @@ from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import ArgumentError, LogError
 from shakerproc.forecasts import Forecast as Found
 from shakerproc.forecasts import document_of, forecast_tests, headline, sentences
+from shakerproc.forecasts.document import SCHEMA
 from shakerproc.forecasts.levels import amplitude_of_measured
 from shakerproc.forecasts.limits import quantity_of
+from shakerproc.forecasts.notch_plan import (
+    EDGE_DB_PER_OCTAVE,
+    PROBABILITY,
+    NotchWish,
+    check_notches,
+)
+from shakerproc.forecasts.notched_profiles import profile_csv, profile_yaml
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
-from shakerproc.workflows.arguments import log_of, text_of, whole_of
+from shakerproc.workflows.arguments import log_of, switch_of, text_of, whole_of, within_of
 from shakerproc.workflows.given_models import model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
@@ -27,6 +36,13 @@ if TYPE_CHECKING:
 
 COLUMNS = ("test", "of", "name", "what", "value", "low", "high", "linear", "unit")
 """Columns of the table of a forecast."""
+
+
+SHARES = (0.5, 0.999)
+"""Probabilities that a notch plan may keep: a plan is verified by some thousands of values."""
+
+SLOPES = (1.0, 1000.0)
+"""Edges of notches that make sense [dB/oct]."""
 
 
 @final
@@ -86,7 +102,16 @@ class Forecast(Shown):
         return html(self.sentence, [*told, *self.found.notes], self.to_pandas())
 
 
-def forecast(model: Any, log: TestLog, *, level: str | None = None, seed: int = 0) -> Forecast:
+def forecast(
+    model: Any,
+    log: TestLog,
+    *,
+    level: str | None = None,
+    notch: bool = False,
+    probability: float = PROBABILITY,
+    edges_db_per_octave: float = EDGE_DB_PER_OCTAVE,
+    seed: int = 0,
+) -> Forecast:
     """Return what the tests will do that a log plans, with 90 % bands.
 
     Parameters
@@ -98,6 +123,12 @@ def forecast(model: Any, log: TestLog, *, level: str | None = None, seed: int = 
     level : str, optional
         Level of the planned tests in place of the log's, such as ``0.04 g^2/Hz``; where the
         log plans none, of the loudest test that was run.
+    notch : bool
+        Whether to plan the least notches that keep every limit.
+    probability : float
+        With which notches keep each limit, from 0.5 to 0.999 [-].
+    edges_db_per_octave : float
+        Steepest edge of a notch, from 1 to 1000 [dB/oct].
     seed : int
         Of all that is drawn.
 
@@ -114,7 +145,11 @@ def forecast(model: Any, log: TestLog, *, level: str | None = None, seed: int = 
     """
     wanted = None if level is None else text_of("level", level)
     number = whole_of("seed", seed, 0)
-    return forecast_log(model_of(model).model, log_of(log), level=wanted, seed=number)
+    share = within_of("probability", probability, *SHARES)
+    slope = within_of("edges_db_per_octave", edges_db_per_octave, *SLOPES)
+    wish = NotchWish(share, slope) if switch_of("notch", notch) else None
+    known = model_of(model).model
+    return forecast_log(known, log_of(log), level=wanted, wish=wish, seed=number)
 
 
 def forecast_log(
@@ -122,6 +157,8 @@ def forecast_log(
     log: TestLog,
     *,
     level: str | None = None,
+    wish: NotchWish | None = None,
+    earlier: Mapping[str, Any] | None = None,
     seed: int = 0,
     say: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
@@ -140,6 +177,8 @@ def forecast_log(
         )
     for limit in log.limits:  # before recordings are read
         quantity_of(limit, model, log)
+    if wish is not None:
+        check_notches(log, log.planned)
     if level is None and not log.planned:
         raise LogError(
             f"{log.path.name}: no test is planned. Add one with planned: true, or give --level "
@@ -148,7 +187,10 @@ def forecast_log(
     usable = tests_of(replace(log, planned=()), model)
     usable.tell(warn)
     planned = list(log.planned) if level is None else _at_level(log, usable.tests, level)
-    return Forecast(forecast_tests(model, log, usable.tests, planned, seed=seed, say=say))
+    found = forecast_tests(
+        model, log, usable.tests, planned, wish=wish, earlier=earlier, seed=seed, say=say
+    )
+    return Forecast(found)
 
 
 def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Test]:
@@ -175,24 +217,50 @@ def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Tes
     return found
 
 
+def earlier_document(folder: Path) -> dict[str, Any] | None:
+    """Return the document of the forecast in a folder; None where there is none to read."""
+    try:
+        found = json.loads((folder / "forecast.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) and found.get("schema") == SCHEMA else None
+
+
+def _write_notches(folder: Path, found: Forecast) -> None:
+    """Write the notched profile of each planned test as YAML and as CSV."""
+    from shakerproc import files
+
+    for one in found.found.tests:
+        notched = None if one.notch is None else one.notch.found
+        if notched is None or notched.test.profile is None:
+            continue
+        name, profile = f"notched_{one.planned.test.id}", notched.test.profile
+        note = f'of test {one.planned.test.id}: give it profile: "{profile.name}" and no level'
+        files.write_text(folder / f"{name}.yaml", profile_yaml(profile, note))
+        files.write_text(folder / f"{name}.csv", profile_csv(profile))
+
+
 def write_forecast(
     folder: Path, found: Forecast, command: str, inputs: "Sequence[tuple[str, str, str]]",
     *, figures: bool,
 ) -> Path:  # fmt: skip
     """Write report.html, forecast.json, forecast.csv and figures; return the page."""
     from shakerproc import files
-    from shakerproc.report.models.forecast import density_figures, sections
+    from shakerproc.report.models.forecast import density_figures, profile_figure, sections
+    from shakerproc.report.page.methods import methods_of
     from shakerproc.report.page.page import Report, write_report
 
     files.write_json(folder / "forecast.json", found.as_json())
     rows = found.rows
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     files.write_text(folder / "forecast.csv", files.csv_text(table))
+    _write_notches(folder, found)
     if figures:
         from shakerproc.report.figures.to_png import matplotlib_figure, save
 
         for one in found.found.tests:
-            for figure in density_figures(one, found.found):
+            profile = profile_figure(one)
+            for figure in (*([profile] if profile else []), *density_figures(one, found.found)):
                 picture = matplotlib_figure(figure, str(figure.plots[0].title))
                 save(picture, folder / f"{figure.name}.png")
     report = Report(
@@ -202,6 +270,7 @@ def write_forecast(
         verdict=f"{found.sentence}.",
         sections=sections(found.found),
         inputs=inputs,
+        methods=methods_of([], analyses=["forecast"]),
     )
     write_report(folder / "report.html", report)
     return folder / "report.html"

@@ -66,6 +66,8 @@ class Watch:
         As of a batch.
     tell : callable
         Called with a line about each test that ended.
+    after : callable, optional
+        Called with the log after tests have ended.
     """
 
     def __init__(
@@ -78,12 +80,14 @@ class Watch:
         machines: Machines,
         wish: TrendWish,
         tell: Callable[[str], None],
+        after: Callable[[TestLog], None] | None = None,
     ) -> None:
         self.folder = folder.resolve()
         self.root = root
         self.log: TestLog | None = None
         self._logs = logs
         self._products, self._machines, self._wish, self._tell = products, machines, wish, tell
+        self._after = after
         self._tried: dict[int | str, tuple[FileStamp, ...]] = {}
 
     def run(self, pace: Pace) -> None:
@@ -137,6 +141,9 @@ class Watch:
             refresh = max(_REFRESH, pace.every)
             self._round(log, due, refresh)
             self._tried |= due
+        if due and self._after is not None:
+            there = [test for test in log.active if test.id in arrived]
+            self._after(replace(log, tests=tuple(there)))
         return bool(due)
 
     def _round(

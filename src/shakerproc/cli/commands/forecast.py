@@ -10,6 +10,7 @@ from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.forecasts import TestForecast
+    from shakerproc.forecasts.ladder import LastStep
     from shakerproc.workflows.forecast import Forecast
 
 
@@ -26,6 +27,16 @@ def forecast(
             show_default="as the log says",
         ),
     ] = None,
+    notch: Annotated[
+        bool, typer.Option("--notch", help="Plan the least notches that keep every limit.")
+    ] = False,
+    probability: Annotated[
+        float,
+        typer.Option(help="With which notches keep each limit [-].", min=0.5, max=0.999),
+    ] = 0.95,
+    edges_db_per_octave: Annotated[
+        float, typer.Option(help="Steepest edge of a notch.", min=1.0, max=1000.0)
+    ] = 24.0,
     seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0)] = 0,
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
@@ -38,13 +49,15 @@ def forecast(
     Numbers of the model are fitted to the tests that were run, then drawn from their
     covariance, with calibration and phases. Each level that was run is forecast from those
     below it: how far the model missed them widens the bands. The first line is go or no-go.
+    --notch writes the profile with the least taken away that keeps every limit.
     """
     from shakerproc.cli.compiling import announce
+    from shakerproc.forecasts.notch_plan import NotchWish
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.evidence import inputs_of
-    from shakerproc.workflows.forecast import forecast_log, write_forecast
+    from shakerproc.workflows.forecast import earlier_document, forecast_log, write_forecast
 
     options.check_order(model, testlog)
     announce()
@@ -53,9 +66,19 @@ def forecast(
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     once = output.Once()
-    steps = 2 * len(log.tests) + 4 * max(1, len(log.planned))
+    wish = NotchWish(probability, edges_db_per_octave) if notch else None
+    steps = 2 * len(log.tests) + (14 if notch else 4) * max(1, len(log.planned))
     with output.progress("forecast", steps) as advance, options.usage(level="--level"):
-        found = forecast_log(known, log, level=level, seed=seed, say=advance, warn=once.warning)
+        found = forecast_log(
+            known,
+            log,
+            level=level,
+            wish=wish,
+            earlier=earlier_document(folder),
+            seed=seed,
+            say=advance,
+            warn=once.warning,
+        )
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     measured = [run.measured for run in found.found.evidence.runs]
     with output.results(folder, "forecast"):
@@ -73,6 +96,8 @@ def _print(found: "Forecast", folder: Path, json: str | None) -> None:
     from shakerproc.forecasts import sentences
 
     output.data(found.sentence, json_target=json)
+    if found.found.step is not None:
+        print_step(found.found.step, json)
     for one in found.found.tests:
         output.print_table(
             ("of", "quantity", "value", "low", "high", "linear", "unit"),
@@ -85,10 +110,36 @@ def _print(found: "Forecast", folder: Path, json: str | None) -> None:
             output.data(text, json_target=json)
 
 
+def print_step(step: "LastStep", json: str | None) -> None:
+    """Print what was predicted of the highest level that was run, and what came.
+
+    `step` is that level, `json` where JSON goes.
+    """
+    output.data(step.sentence, json_target=json)
+    band = step.told_before
+    names = ("predicted", *(("low", "high") if band else ()), "measured", "unit", "error [dB]")
+    rows = [
+        (
+            one.response,
+            one.what.replace("_hz", "").replace("_", " "),
+            one.predicted,
+            *((one.low, one.high) if band else ()),
+            one.measured,
+            one.unit,
+            f"{one.error_db:+.2f}",
+        )
+        for one in step.values
+    ]
+    title = f"Test {step.test}, predicted and measured"
+    output.print_table(("of", "quantity", *names), rows, title=title, json_target=json)
+
+
 def _rows(one: "TestForecast") -> list[tuple[object, ...]]:
+    from shakerproc.forecasts.sentences import owner
+
     return [
         (
-            f"{'' if q.whose == 'response' else q.whose} {q.name}".strip(),
+            owner(q),
             q.what.replace("_hz", "").replace("_", " "),
             spread.value,
             *spread.band,

@@ -69,6 +69,16 @@ def watch(
         str | None,
         typer.Option(help="Channel of the trends.", show_default="largest response"),
     ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MODEL",
+            help="Forecast the planned tests of the log with this model (YAML) after each run.",
+            show_default="none",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     export: options.ExportOption = "",
     figures: options.FiguresOption = True,
     sample_rate_hz: options.SampleRateOption = None,
@@ -83,6 +93,8 @@ def watch(
     Results are those of `batch`; after Ctrl-C or a crash the same command goes on. A recording
     that grows or changes later is processed again. The page in a browser reloads itself
     while the folder is watched. No port is opened.
+
+    With --model, what was predicted of the run and what came is told, then the next test.
     """
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.lock import locked
@@ -109,6 +121,7 @@ def watch(
         machines=Machines(workers),
         wish=TrendWish(channel, figures=figures, command=output.command()),
         tell=partial(output.data, json_target=json),
+        after=None if model is None else partial(_forecast, model, root / "forecast", json),
     )
     with locked(root):
         output.message(f"watching {folder}; Ctrl-C ends it. Report: {root / 'report.html'}")
@@ -124,6 +137,27 @@ def watch(
     output.data(told or "nothing processed", json_target=json)
     if counts.get("failed"):
         output.finish(1)
+
+
+def _forecast(model: Path, folder: Path, json: str | None, log: "TestLog") -> None:
+    """Forecast the planned tests of a log, and tell what came of the last forecast."""
+    from shakerproc.cli.commands.forecast import print_step
+    from shakerproc.errors import ShakerprocError
+    from shakerproc.model_files import read_model
+    from shakerproc.workflows.forecast import earlier_document, forecast_log, write_forecast
+
+    if not log.planned:
+        return
+    try:
+        found = forecast_log(read_model(model), log, earlier=earlier_document(folder))
+    except ShakerprocError as error:
+        output.message(f"no forecast: {error}")
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    write_forecast(folder, found, output.command(), [], figures=False)
+    output.data(f"forecast: {found.sentence}", json_target=json)
+    if found.found.step is not None:
+        print_step(found.found.step, json)
 
 
 def _logs(folder: Path, log: Path | None, said: "Sampling") -> "Callable[..., TestLog | None]":

@@ -110,8 +110,8 @@ class Linearisation:
 
     def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
         """Return the same of other tests, which differ in what drives them alone."""
-        data, windows = replace(self.data, tests=tuple(tests)), self.windows
-        return Linearisation(data, self.hypothesis, windows, plain=self._plain, fine=self._fine)
+        own, at = replace(self.data, tests=tuple(tests), near=self.data.inputs), self.windows
+        return Linearisation(own, self.hypothesis, at, plain=self._plain, fine=self._fine)
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""

@@ -200,7 +200,9 @@ class Hypothesis:
                 elements[number.element] = replace(element, effect=effect)
             elements += [one.element(part) for one, part in zip(self.added, added, strict=True)]
             found = replace(self.model, masses=masses, elements=tuple(elements))
-            return replace(found, elements=resolved(found))
+            known = tuple(resolved(found))
+            same = all(one is other for one, other in zip(known, found.elements, strict=True))
+            return found if same else replace(found, elements=known)
         except ValueError as error:
             raise ModelError(f"{self.model.title}: {error}") from error
 

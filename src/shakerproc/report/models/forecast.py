@@ -5,14 +5,23 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecasts import Forecast, Quantity, TestForecast, sentences
+from shakerproc.forecasts import Forecast, Quantity, TestForecast
 from shakerproc.forecasts.bands import Spread
+from shakerproc.forecasts.ladder import LastStep
 from shakerproc.forecasts.levels import told_level
-from shakerproc.forecasts.sentences import SHOWN, percent, told_limit
+from shakerproc.forecasts.notched_profiles import WRITTEN, profile_of_test
+from shakerproc.forecasts.sentences import (
+    SHOWN,
+    departures,
+    of_notches,
+    owner,
+    percent,
+    told_limit,
+)
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot
-from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable, filled
 from shakerproc.report.runs.curves import logarithmic_axis
 from shakerproc.runs.levels import density_unit
 
@@ -27,6 +36,35 @@ _WORDS: Final = {
     "displacement": "displacement", "force": "force", "velocity": "velocity",
     "acceleration": "acceleration",
 }  # fmt: skip
+
+
+def profile_figure(one: TestForecast) -> Figure | None:
+    """Return the notched profile beside the planned one and that of force limiting."""
+    plan = one.notch
+    if plan is None or plan.found is None or plan.found.test.profile is None:
+        return None
+    test = one.planned.test
+    planned = profile_of_test(test)
+    unit, scale, _ = WRITTEN[planned.unit]
+    low, high = one.planned.excited
+    curves = []
+    for label, profile, style in (
+        ("planned", planned, LINEAR),
+        ("force limiting", None if plan.by_force is None else plan.by_force.test.profile, 6),
+        ("notched", plan.found.test.profile, PREDICTED),
+    ):
+        if profile is not None:
+            at, level = np.array(profile.frequency_hz), np.array(profile.level)
+            curves.append(Curve(label, at, level / scale, style))
+    what = "density" if planned.unit.endswith("/Hz") else "amplitude"
+    plot = Plot(
+        curves,
+        Axis("frequency [Hz]", low, high, logarithmic=True),
+        logarithmic_axis(f"{what} [{unit}]", curves, 6),
+        title=f"Profile of test {test.id}",
+        height=2.6,
+    )
+    return Figure(f"forecast_{test.id}_profile", [plot])
 
 
 def density_figures(one: TestForecast, found: Forecast) -> list[Figure]:
@@ -86,7 +124,23 @@ def _band(drawn: FloatArray, rms: Spread) -> tuple[FloatArray, FloatArray]:
 def sections(found: Forecast) -> list[ReportSection]:
     """Return the sections of the page: a planned test each, then what the bands rest on."""
     tests = [_section(one, found) for one in found.tests]
-    return [*tests, _rests_on(found)]
+    step = [] if found.step is None else [_last_step(found.step)]
+    return [*step, *tests, _rests_on(found)]
+
+
+def _last_step(step: LastStep) -> ReportSection:
+    """Return what was predicted of the highest level that was run, and what came."""
+    rows = []
+    for one in step.values:
+        unit, factor = SHOWN.get(one.unit, (one.unit, 1.0))
+        shown = [
+            "" if v is None else numeral(v / factor)
+            for v in (one.predicted, one.low, one.high, one.measured)
+        ]
+        rows.append((one.response, _WORDS[one.what], *shown, unit, f"{one.error_db:+.2f} dB"))
+    names = ("of", "quantity", "predicted", "low", "high", "measured", "unit", "error")
+    table = filled("Predicted and measured.", names, rows)
+    return ReportSection("The last step", "last-step", [step.sentence], [table])
 
 
 def _section(one: TestForecast, found: Forecast) -> ReportSection:
@@ -97,12 +151,18 @@ def _section(one: TestForecast, found: Forecast) -> ReportSection:
             f"{plot.title}.",
             "Predicted density with its 90 % band, over what was measured at the levels that "
             "were run, and the highest of them scaled with the level.",
-            to_svg.plot(plot, title=f"Predicted density of {plot.title}", height=330),
-            broad=True,
+            to_svg.plot(plot, title=f"Predicted density of {plot.title}", height=220),
         )
         for figure in density_figures(one, found)
         for plot in figure.plots
     ]
+    profile = profile_figure(one)
+    for plot in profile.plots if profile is not None else ():
+        figures.insert(0, PageFigure(
+            f"{plot.title}.",
+            "The planned profile, and the one that takes the least away and keeps every limit.",
+            to_svg.plot(plot, title=plot.title, height=220),
+        ))  # fmt: skip
     told = f"{test.excitation}, {told_level(test)}, {numeral(one.planned.duration, 4)} s"
     distance = (
         f"{numeral(one.distance_db)} dB above what was run" if one.distance_db > 0 else ""
@@ -110,7 +170,11 @@ def _section(one: TestForecast, found: Forecast) -> ReportSection:
     return ReportSection(
         f"Test {test.id}: {verdict}",
         f"test-{test.id}",
-        [", ".join(filter(None, (told, distance))) + ".", *sentences(one)],
+        [
+            ", ".join(filter(None, (told, distance))) + ".",
+            *departures(one),
+            *([] if one.notch is None else of_notches(one, one.notch)),
+        ],
         [*_limits(one), _numbers(one)],
         figures,
     )
@@ -144,11 +208,8 @@ def _numbers(one: TestForecast) -> ReportTable:
     for quantity in one.spreads:
         unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
         linear = one.linear.get(quantity)
-        whose = quantity.name if quantity.whose == "response" else (
-            f"{quantity.whose} {quantity.name}".strip()
-        )  # fmt: skip
         rows.append((
-            whose, _WORDS[quantity.what], _shown(one, quantity),
+            owner(quantity), _WORDS[quantity.what], _shown(one, quantity),
             "" if linear is None else f"{numeral(linear / factor)} {unit}",
         ))  # fmt: skip
     names = ("of", "quantity", "forecast, 90 % band", "linear scaling")
@@ -159,22 +220,26 @@ def _numbers(one: TestForecast) -> ReportTable:
 
 def _rests_on(found: Forecast) -> ReportSection:
     """Return how far the model missed the levels that were run."""
+    errors = found.evidence.errors
     rows = [
         (
             f"test {one.test}", one.quantity.name, _WORDS[one.quantity.what],
-            f"{one.distance_db:+.1f} dB" if one.distance_db else "fitted",
+            f"{one.distance_db:+.1f} dB",
             numeral(one.predicted), numeral(one.measured), f"{one.error_db:+.2f} dB",
         )
-        for one in found.evidence.errors
+        for one in errors
+        if one.distance_db
     ]  # fmt: skip
+    fitted = max((abs(one.error_db) for one in errors if not one.distance_db), default=0.0)
     names = ("test", "response", "quantity", "level", "predicted", "measured", "error")
     return ReportSection(
         "What the bands rest on",
         "rests-on",
         [
             "Each level that was run was forecast from those below it. How far the model "
-            "missed them, over the distance in level, is how far it may miss the next one.",
+            "missed them, over the distance in level, is how far it may miss the next one. "
+            f"Levels that it was fitted to it meets within {numeral(fitted, 2)} dB.",
             *found.notes,
         ],
-        [ReportTable("Levels that were run, in SI units.", names, rows)],
+        [ReportTable("Levels that were run, from those below them, in SI units.", names, rows)],
     )
