@@ -20,7 +20,7 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import ROUNDS
+from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
 from shakerproc.diagnosis.estimation.linear import fit_linear, signs_and_delays
@@ -34,6 +34,7 @@ from shakerproc.diagnosis.horizon import is_mostly_noise, usable_forms
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.left_behind import with_all
+from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
@@ -46,6 +47,9 @@ from shakerproc.models import Model
 MUCH: Final = 0.5
 """Level (see `Fit`) over that of the model without any effect below which an effect explains
 enough to be judged before others are tried [-]."""
+
+STRUCTURE_ROUNDS: Final = 3
+"""Steps of a structure without effects on whole tests, from its linear model [-]."""
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -139,7 +143,7 @@ class Begun:
 
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the same with what more effects explain, where that is to be looked for."""
-        if self.is_enough or needs_none(self.found):
+        if self.is_enough or needs_none(self.found) or self.found.data.model.structures:
             return self.found
         first = self.outcome
         found, campaign, forms = with_more(
@@ -165,15 +169,17 @@ def _begun(
     campaign = campaign_of(model, tests)
     forms = usable_forms(campaign)  # before the long work
     say("the model's own numbers")
-    linear = own_numbers(campaign)
+    linear = own_numbers(campaign, linear_model)
     rigid = rigid_joints(campaign.data)
     if rigid:
         say(f"{' and '.join(rigid[0])} held in every test")
         outcome = at_the_horizon(campaign, linear, [], say)
         one = told(original, linear_model, outcome, {}, ())
         return Begun(replace(one, rigid=rigid), outcome)
-    say("screening")
     campaign, explained = alone(campaign, linear, forms[-1])
+    if original.structures:
+        return _in_structures(original, linear_model, campaign, say, explained=explained)
+    say("screening")
     known = campaign.known
     starts = screen(model, campaign.fitted, tuple(known), known, explained=explained)
     one_more = OneMore(
@@ -201,6 +207,21 @@ def _begun(
     if mode is None:
         return last
     return _begun(original, linear_model.with_mode(mode), tests, say)
+
+
+def _in_structures(
+    original: Model,
+    linear_model: LinearModel,
+    campaign: Campaign,
+    say: Callable[[str], None],
+    *,
+    explained: bool,
+) -> Begun:
+    """Return what explains tests of structures; nothing is sought where the model does."""
+    one = raced(campaign, linear_model, {} if explained else campaign.known, say)
+    campaign = replace(campaign, data=one.base.data)
+    outcome = at_the_horizon(campaign, one.base, one.fits, say)
+    return Begun(told(original, linear_model, outcome, one.failed, ()), outcome)
 
 
 def _outcomes(
@@ -256,8 +277,10 @@ def told(
     )
 
 
-def own_numbers(campaign: Campaign) -> Fit:
+def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
     """Return the model's own numbers, fitted alone.
+
+    Of a structure to whole tests, from where its linear model is.
 
     Raises
     ------
@@ -267,7 +290,11 @@ def own_numbers(campaign: Campaign) -> Fit:
     data = campaign.data
     none = hypothesis_of(data.model)
     nothing = np.zeros(none.size)
-    found = grown(data, none, nothing, campaign.stages)
+    if linear_model is not None and data.model.structures:
+        x, whole = as_in(none, linear_model.model), forms_of(data)[-1].fitted
+        found = fit(data, none, x, whole, rounds=STRUCTURE_ROUNDS)
+    else:
+        found = grown(data, none, nothing, campaign.stages)
     if found is None:
         whole = whole_tests(data, held_out=False)
         found = fit(data, none, nothing, whole, rounds=ROUNDS)

@@ -23,7 +23,7 @@ from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STE
 from shakerproc.diagnosis.estimation.spread import Spread
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
-from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
 SETTLED: Final = 0.1
@@ -116,9 +116,8 @@ class Fit:
 
     @property
     def is_far(self) -> bool:
-        """Whether a number of the model is not its own any more (see `FARTHEST`)."""
-        own = self.x[: len(self.hypothesis.own)]
-        return bool(np.any(np.abs(own) > np.log(FARTHEST)))
+        """Whether a number of the model is not its own any more (see `Hypothesis.far`)."""
+        return bool(np.any(self.hypothesis.far(self.x)))
 
     @property
     def covariance(self) -> FloatArray:

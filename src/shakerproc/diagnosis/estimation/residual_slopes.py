@@ -115,8 +115,9 @@ class Linearisation:
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
-        model, rest = self.hypothesis.model_at(x), self.windows.from_rest
-        starts = None if rest else completed(self.data, model, self.windows.table)
+        starts = None
+        if not self.windows.from_rest:
+            starts = completed(self.data, self.hypothesis.model_at(x), self.windows.table)
         return self.point_with(x, channels, starts)
 
     def point_with(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:
