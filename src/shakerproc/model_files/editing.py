@@ -18,10 +18,12 @@ from shakerproc.model_files.writing import (
     mode_text,
     number,
     parameter_text,
+    structure_in_brackets,
     text_of,
 )
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element
+from shakerproc.models.structure import Structure
 
 Changes = Mapping[int, Mapping[str, float]]
 """New values by the number of the element in the file, from 0, and the parameter [SI]."""
@@ -47,6 +49,7 @@ class _Wanted:
     changes: Changes
     masses: Mapping[str, float] = field(default_factory=dict)
     modes: tuple[Mode, ...] = ()
+    structures: Mapping[str, Structure] = field(default_factory=dict)
     element: Element | None = None
     provenance: Provenance | None = None
     title: str | None = None
@@ -61,6 +64,7 @@ def add_element(
     changes: Changes = _NONE,
     masses: Mapping[str, float] = MappingProxyType({}),
     modes: Sequence[Mode] = (),
+    structures: Mapping[str, Structure] = MappingProxyType({}),
     title: str | None = None,
 ) -> None:
     """Write the model file with one element more, comments and order kept.
@@ -81,6 +85,8 @@ def add_element(
         New values of masses [kg].
     modes : sequence of Mode
         Further modes of the specimen, after those of the file.
+    structures : mapping of str to Structure
+        Structures that have other numbers than their files say; they then stand in this one.
     title : str, optional
         New title of the model.
 
@@ -89,7 +95,8 @@ def add_element(
     DocumentError
         If the file is not a model, or is laid out so that it cannot be changed in place.
     """
-    _edit(path, out, _Wanted(changes, masses, tuple(modes), element, provenance, title))
+    wanted = _Wanted(changes, masses, tuple(modes), structures, element, provenance, title)
+    _edit(path, out, wanted)
 
 
 def change_parameters(path: Path, changes: Changes, out: Path) -> None:
@@ -119,7 +126,7 @@ def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     edits = _changes(before, root, wanted.changes) + _masses(before, root, wanted.masses)
-    edits += _structures(before, root, out)
+    edits += _structures(before, root, out, wanted.structures)
     if wanted.title is not None:
         edits.append(_titled(text, root, wanted.title))
     if wanted.element is not None:
@@ -158,13 +165,15 @@ def _check_written(before: ModelFile, path: Path, wanted: _Wanted) -> None:
         _changed(before, wanted.changes) + added,
         {**known.masses, **wanted.masses},
         known.modes + wanted.modes,
+        {**known.structures, **wanted.structures},
     )
     try:
         model = read_model_file(path).model
     except DocumentError as error:
         broken: DocumentError = _refused(before, error.says, "elements")
         raise broken from error
-    if (model.elements, dict(model.masses), model.modes) != expected:
+    found = (model.elements, dict(model.masses), model.modes, dict(model.structures))
+    if found != expected:
         wrong: DocumentError = _refused(before, "it would not read back the same", "elements")
         raise wrong
 
@@ -218,13 +227,21 @@ def _masses(file: ModelFile, root: Any, masses: Mapping[str, float]) -> list[_Ed
     return edits
 
 
-def _structures(file: ModelFile, root: Any, out: Path) -> list[_Edit]:
-    """Return the edits by which a file in another folder names the same files of structures."""
+def _structures(
+    file: ModelFile, root: Any, out: Path, changed: Mapping[str, Structure]
+) -> list[_Edit]:
+    """Return the edits by which a file in another folder names the same files of structures.
+
+    Those that are changed stand in the file itself.
+    """
     edits: list[_Edit] = []
     there, here = file.path.parent.resolve(), out.parent.resolve()
     for name, said in file.document.value.structures.items():
-        if isinstance(said, str) and there != here:
-            node = _value(_value(root, "structures"), name)
+        node = _value(_value(root, "structures"), name)
+        if name in changed:
+            text = structure_in_brackets(changed[name], said if isinstance(said, str) else "")
+            edits.append(_Edit(node.start_mark.index, _end(node), text))
+        elif isinstance(said, str) and there != here:
             text = text_of(Path(os.path.relpath(there / said, here)).as_posix())
             edits.append(_Edit(node.start_mark.index, node.end_mark.index, text))
     return edits

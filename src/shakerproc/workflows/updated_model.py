@@ -152,6 +152,7 @@ class UpdatedModel(Shown):
             changes=_changes(known, new),
             masses={n: m for n, m in new.masses.items() if m != known.masses[n]},
             modes=self.added.modes if switch_of("modes", modes) else (),
+            structures={n: s for n, s in new.structures.items() if s != known.structures[n]},
             title=self.title,
         )
         return out
