@@ -8,31 +8,27 @@ between (Strang splitting, of order 2).
 """
 
 import argparse
+import itertools
 import json
 import time
 import zlib
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blind.compiled import kernel
+from blind.bodies import ELEMENTS, MODES, Body, beam, march
 from blind.draws import Rng, log_uniform, sign
 
-RATE, SECONDS, SUBSTEPS = 2560.0, 8.0, 12
+if TYPE_CHECKING:
+    from shakerproc.models import Model
+
+RATE, SECONDS, SUBSTEPS = 2048.0, 5.0, 14
 CLASSES = ("gap", "cubic_stiffness", "jenkins", "coulomb_friction", "none", "softer")
 CODES = {"gap": 1, "cubic_stiffness": 2, "jenkins": 3, "coulomb_friction": 4}
-ELEMENTS, MODES, KEPT = 24, 14, 8  # of the beam; of the truth; of the model, two of them rigid
+KEPT = 8  # modes of the model, two of them rigid; the truth has more
 LEAST = 0.1  # share of the force of a foot that no spring and damper makes of the effect
-
-
-@dataclass(frozen=True)
-class Body:
-    """A free beam by its modes, mass-normalised, at its nodes."""
-
-    frequency: np.ndarray
-    shapes: np.ndarray
-    ratio: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -71,90 +67,8 @@ class Outcome:
     seconds: float
     sentence: str
     notes: tuple[str, ...] = ()
-    numbers: dict[str, list[float | None]] | None = None
+    numbers: dict[str, Any] | None = None
     problem: str = ""
-
-
-def beam(first_hz: float, mass: float, ratios: np.ndarray) -> Body:
-    """Return a free beam of unit length whose first bending mode has a frequency [Hz]."""
-    n, h = ELEMENTS + 1, 1.0 / ELEMENTS
-    k, m = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
-    stiff = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                      [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])  # fmt: skip
-    heavy = np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-                      [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]])  # fmt: skip
-    for i in range(ELEMENTS):
-        part = np.ix_(range(2 * i, 2 * i + 4), range(2 * i, 2 * i + 4))
-        k[part] += stiff / h**3
-        m[part] += mass * h * heavy / 420.0
-    root = np.linalg.inv(np.linalg.cholesky(m))
-    values, vectors = np.linalg.eigh(root @ k @ root.T)
-    shapes = (root.T @ vectors)[::2, :MODES]
-    omega = np.sqrt(np.maximum(values[:MODES], 0.0))
-    omega[:2] = 0.0
-    return Body(omega / omega[2] * first_hz, shapes, ratios)
-
-
-@kernel
-def march(turn, base, dampers, foot, kind, p, drive, substeps, h, out, force):
-    """Fill accelerations of the sensors' modes, as means over samples, and what the effect does.
-
-    `turn` holds each mode's exact step of half a length, with and without its own decay.
-    """
-    n, nf = turn.shape[0], foot.shape[0]
-    q, v = np.zeros(n), np.zeros(n)
-    slip = 0.0
-    at = int(p[2])
-    mobility = 0.0
-    for j in range(n):
-        mobility += foot[at, j] ** 2
-    for i in range(out.shape[1]):
-        for j in range(n):
-            out[j, i] = -v[j]
-        force[0, i], force[1, i], force[2, i] = 0.0, 0.0, 0.0
-        for s in range(substeps):
-            for j in range(n):
-                a, b = q[j], v[j]
-                q[j] = turn[j, 0] * a + turn[j, 1] * b
-                v[j] = turn[j, 2] * a + turn[j, 3] * b
-            for j in range(n):
-                v[j] -= h * base[j] * drive[i * substeps + s]
-            for f in range(nf):
-                w, mob = 0.0, 0.0
-                for j in range(n):
-                    w += foot[f, j] * v[j]
-                    mob += foot[f, j] ** 2
-                push = w * (1.0 - np.exp(-h * dampers[f] * mob)) / mob
-                for j in range(n):
-                    v[j] -= foot[f, j] * push
-            z, w = 0.0, 0.0
-            for j in range(n):
-                z += foot[at, j] * q[j]
-                w += foot[at, j] * v[j]
-            given = 0.0
-            if kind == 1:
-                if z > p[1]:
-                    given = p[0] * (z - p[1])
-                elif z < -p[1]:
-                    given = p[0] * (z + p[1])
-            elif kind == 2:
-                given = p[0] * z**3
-            elif kind == 3:
-                slip = min(max(slip + h * w, -p[1]), p[1])
-                given = p[0] * slip
-            elif kind == 4:
-                given = min(max(w / (mobility * h), -p[0]), p[0])
-            for j in range(n):
-                v[j] -= h * foot[at, j] * given
-            force[0, i] += given / substeps
-            force[1, i] += z / substeps
-            force[2, i] += w / substeps
-            for j in range(n):
-                a, b = q[j], v[j]
-                q[j] = turn[j, 0] * a + turn[j, 1] * b
-                v[j] = turn[j, 2] * a + turn[j, 3] * b
-        for j in range(n):
-            out[j, i] = (out[j, i] + v[j]) / (h * substeps)
 
 
 def _drive(drawn: Drawn, test: int) -> np.ndarray:
@@ -172,7 +86,9 @@ def _drive(drawn: Drawn, test: int) -> np.ndarray:
         )
         wave = np.fft.irfft(spectrum, n)
         wave /= wave.std()
-    ends = np.minimum(np.clip((t - 0.5) / 0.1, 0.0, 1.0), np.clip((SECONDS - 0.3 - t) / 0.1, 0.0, 1.0))
+    ends = np.minimum(
+        np.clip((t - 0.5) / 0.1, 0.0, 1.0), np.clip((SECONDS - 0.3 - t) / 0.1, 0.0, 1.0)
+    )
     return np.asarray(drawn.levels[test] * wave * 0.5 * (1.0 - np.cos(np.pi * ends)))
 
 
@@ -181,7 +97,9 @@ def _moved(drawn: Drawn, test: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     body, drive = drawn.body, _drive(drawn, test)
     foot = body.shapes[list(drawn.feet)]
     omega = 2.0 * np.pi * body.frequency
-    square, turned = np.linalg.eigh(np.diag(omega**2) + foot.T @ (drawn.stiffness[:, None] * foot))
+    square, turned = np.linalg.eigh(
+        np.diag(omega**2) + foot.T @ (drawn.stiffness[:, None] * foot)
+    )
     shapes, half = body.shapes @ turned, 0.5 / (RATE * SUBSTEPS)
     w = np.sqrt(square)
     decay = np.exp(-half * (turned**2).T @ (2.0 * body.ratio * omega) / 2.0)
@@ -190,16 +108,16 @@ def _moved(drawn: Drawn, test: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     base = np.linalg.lstsq(shapes, np.ones(len(shapes)), rcond=None)[0]
     out = np.zeros((MODES, drive.size // SUBSTEPS))
     force = np.zeros((3, out.shape[1]))
-    p = np.array([*drawn.numbers, float(drawn.at)])
-    march(turn, base, drawn.damping, shapes[list(drawn.feet)], CODES.get(drawn.kind, 0), p,
-          drive, SUBSTEPS, 2.0 * half, out, force)  # fmt: skip
+    feet = shapes[list(drawn.feet)]
+    on_feet = (turn, base, drawn.damping, feet, drawn.at, 2.0 * half)
+    march(on_feet, (CODES.get(drawn.kind, 0), np.array(drawn.numbers)), drive, out, force)
     control = drive.reshape(-1, SUBSTEPS).mean(axis=1)
     seen = shapes[list(drawn.sensors)] @ out + control
     return _sampled(seen), _sampled(control), force
 
 
 def _sampled(means: np.ndarray) -> np.ndarray:
-    """Return samples of what means over the interval that follows are of, below 0.45 of the rate."""
+    """Return samples from means over the intervals that follow, to 0.45 of the rate."""
     share = np.fft.rfftfreq(means.shape[-1])
     box = np.sinc(share) * np.exp(1j * np.pi * share)
     kept = 1.0 / (1.0 + (share / 0.45) ** 40)
@@ -211,23 +129,37 @@ def draw(seed: int, kind: str) -> Drawn:
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
     while True:
         first = log_uniform(rng, 60.0, 160.0)
-        ratios = np.array([0.0, 0.0, *(log_uniform(rng, 0.003, 0.01) for _ in range(MODES - 2))])
+        ratios = np.array([
+            0.0,
+            0.0,
+            *(log_uniform(rng, 0.003, 0.01) for _ in range(MODES - 2)),
+        ])
         mass = log_uniform(rng, 0.5, 5.0)
         body = beam(first, mass, ratios)
         count = int(rng.integers(2, 6))
         sections = np.linspace(0, ELEMENTS, count + 1)
-        feet = tuple(int(rng.uniform(a + 0.5, b - 0.5) + 0.5) for a, b in zip(sections, sections[1:], strict=False))
+        feet = tuple(
+            int(rng.uniform(a + 0.5, b - 0.5) + 0.5) for a, b in itertools.pairwise(sections)
+        )
         n_sensors = int(rng.integers(3, 9))
-        sensors = tuple(int(i) for i in np.sort(rng.choice(ELEMENTS + 1, n_sensors, replace=False)))
+        sensors = tuple(
+            int(i) for i in np.sort(rng.choice(ELEMENTS + 1, n_sensors, replace=False))
+        )
         omega = 2.0 * np.pi * first * rng.uniform(0.5, 1.2)
         stiffness = mass / count * omega**2 * np.exp(rng.uniform(-0.4, 0.4, count))
-        damping = 2.0 * np.array([log_uniform(rng, 0.005, 0.03) for _ in range(count)]) * stiffness / omega
+        damping = (
+            2.0
+            * np.array([log_uniform(rng, 0.005, 0.03) for _ in range(count)])
+            * stiffness
+            / omega
+        )
         level = log_uniform(rng, 1.0, 10.0)
         ratio = rng.uniform(1.7, 3.0)
         drawn = Drawn(
             seed, "none", body, feet, sensors, stiffness, damping, int(rng.integers(count)),
             (0.0, 0.0), tuple(level * s for s in (1.0 / ratio, 1.0, ratio, np.sqrt(ratio))),
-            (20.0, min(first * rng.uniform(4.0, 6.0), 700.0)), bool(rng.random() < 0.4), rng.uniform(40.0, 60.0),
+            (20.0, min(first * rng.uniform(4.0, 6.0), 700.0)), bool(rng.random() < 0.4),
+            rng.uniform(40.0, 60.0),
         )  # fmt: skip
         drawn = _hidden(rng, drawn, kind)
         if kind in {"none", "softer"} or _exercised(drawn):
@@ -270,36 +202,44 @@ def place(drawn: Drawn, node: int) -> str:
     return f"foot {drawn.feet.index(node) + 1}" if node in drawn.feet else f"node {node}"
 
 
-def judge(seed: int, kind: str) -> Outcome:
-    """Return what a diagnosis makes of a draw."""
-    from shakerproc.diagnosis.api import diagnose_arrays
-    from shakerproc.diagnosis.data import TestArrays
+def model_of(drawn: Drawn, rng: Rng) -> "Model":
+    """Return what the laboratory has: modes and feet that are off, and no effect."""
     from shakerproc.models import Element, Excitation, Model, Sensor
     from shakerproc.models.effects import Damper, Spring
     from shakerproc.models.structure import Structure, StructureMode
 
-    drawn = draw(seed, kind)
-    rng = np.random.default_rng([seed, 11])
     nodes = sorted({*drawn.feet, *drawn.sensors})
-    names = [place(drawn, node) for node in nodes]
+    frequency = drawn.body.frequency[:KEPT] * (1.0 + 0.01 * rng.standard_normal(KEPT))
+    ratio = drawn.body.ratio[:KEPT] * np.exp(0.3 * rng.standard_normal(KEPT))
     modes = tuple(
-        StructureMode(f * (1.0 + 0.01 * rng.standard_normal()), r * float(np.exp(0.3 * rng.standard_normal())),
-                      tuple(drawn.body.shapes[nodes, i]))
-        for i, (f, r) in enumerate(zip(drawn.body.frequency[:KEPT], drawn.body.ratio, strict=False))
-    )  # fmt: skip
+        StructureMode(float(f), float(r), tuple(shape))
+        for f, r, shape in zip(frequency, ratio, drawn.body.shapes[nodes].T, strict=False)
+    )
     k = drawn.stiffness * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, len(drawn.feet)))
-    if kind == "softer":
+    if drawn.kind == "softer":
         k[drawn.at] = drawn.stiffness[drawn.at] / rng.uniform(0.25, 0.45)
+    c = drawn.damping * np.exp(0.3 * np.array([sign(rng) for _ in drawn.feet]))
     elements = [
         Element(law, ("base", f"foot {i + 1}"))
         for i in range(len(drawn.feet))
-        for law in (Spring(stiffness=float(k[i])), Damper(damping=float(drawn.damping[i] * np.exp(0.3 * sign(rng)))))
+        for law in (Spring(stiffness=float(k[i])), Damper(damping=float(c[i])))
     ]
-    model = Model(
-        f"elastic {seed}", {}, tuple(elements), Excitation("base acceleration"),
-        {f"s{i}": Sensor(place(drawn, node)) for i, node in enumerate(drawn.sensors)},
-        structures={"body": Structure(tuple(names), modes)},
+    names = tuple(place(drawn, node) for node in nodes)
+    sensors = {f"s{i}": Sensor(place(drawn, node)) for i, node in enumerate(drawn.sensors)}
+    return Model(
+        f"elastic {drawn.seed}", {}, tuple(elements), Excitation("base acceleration"), sensors,
+        structures={"body": Structure(names, modes)},
     )  # fmt: skip
+
+
+def judge(seed: int, kind: str) -> Outcome:
+    """Return what a diagnosis makes of a draw."""
+    from shakerproc.diagnosis.api import diagnose_arrays
+    from shakerproc.diagnosis.data import TestArrays
+
+    drawn = draw(seed, kind)
+    rng = np.random.default_rng([seed, 11])
+    model = model_of(drawn, rng)
     tests = []
     share = 10.0 ** (-drawn.snr / 20.0)
     moved = [_moved(drawn, i) for i in range(4)]
@@ -314,25 +254,33 @@ def judge(seed: int, kind: str) -> Outcome:
     try:
         found = diagnose_arrays(model, tests)
     except Exception as error:  # noqa: BLE001 - any failure is a miss, and is told
-        return _outcome(drawn, kind, "failed", None, [], begun, problem=f"{type(error).__name__}: {error}")
+        return _outcome(
+            drawn, "failed", None, [], begun, problem=f"{type(error).__name__}: {error}"
+        )
     named = [(one.kind, one.between[-1]) for one in found.effects]
-    out = _outcome(drawn, kind, found.verdict, found.confidence, named, begun)
-    numbers = {name: [n.value, n.low, n.high] for one in found.effects for name, n in one.parameters.items()}
-    return replace(out, sentence=found.sentence, notes=tuple(found.notes), numbers=numbers)  # type: ignore[arg-type]
+    out = _outcome(drawn, found.verdict, found.confidence, named, begun)
+    numbers = {
+        name: [n.value, n.low, n.high]
+        for one in found.effects
+        for name, n in one.parameters.items()
+    }
+    return replace(out, sentence=found.sentence, notes=tuple(found.notes), numbers=numbers)
 
 
 def _outcome(
-    drawn: Drawn, kind: str, verdict: str, confidence: float | None,
-    named: list[tuple[str, str]], begun: float, *, problem: str = "",
+    drawn: Drawn, verdict: str, confidence: float | None, named: list[tuple[str, str]],
+    begun: float, *, problem: str = "",
 ) -> Outcome:  # fmt: skip
-    foot = f"foot {drawn.at + 1}"
+    kind, foot = drawn.kind, f"foot {drawn.at + 1}"
     linear = kind in {"none", "softer"}
     right = verdict == "nothing missing" if linear else named == [(kind, foot)]
     wrong = any(where != foot or linear for _, where in named)
     said = " + ".join(f"{what}@{where}" for what, where in named) or verdict
     seen = drawn.feet[drawn.at] in drawn.sensors
-    return Outcome(drawn.seed, kind, foot, len(drawn.feet), len(drawn.sensors), seen, said, confidence,
-                   right, wrong, time.process_time() - begun, "", problem=problem)  # fmt: skip
+    return Outcome(
+        drawn.seed, kind, foot, len(drawn.feet), len(drawn.sensors), seen, said, confidence,
+        right, wrong, time.process_time() - begun, "", problem=problem,
+    )  # fmt: skip
 
 
 def main() -> None:
@@ -349,15 +297,17 @@ def main() -> None:
             one = judge(seed, kind)
             outcomes.append(one)
             mark = "right" if one.right else "WRONG JOINT" if one.wrong_joint else "not right"
-            print(f"{mark:11s} {kind} {seed} in {one.hidden} of {one.feet} ({one.sensors} sensors, "
-                  f"{'seen' if one.seen else 'unseen'}): {one.said}, {one.confidence}, {one.seconds:.0f} s {one.problem}",
-                  flush=True)  # fmt: skip
+            seen = "seen" if one.seen else "unseen"
+            print(f"{mark:11s} {kind} {seed} in {one.hidden} of {one.feet} ({one.sensors} "
+                  f"sensors, {seen}): {one.said}, {one.confidence}, {one.seconds:.0f} s "
+                  f"{one.problem}", flush=True)  # fmt: skip
             if options.json:
                 with options.json.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(asdict(one)) + "\n")
-    print(f"{sum(o.right for o in outcomes)} of {len(outcomes)} right; wrong joint or effect in "
-          f"{sum(o.wrong_joint for o in outcomes)}, above 0.9 in "
-          f"{sum(o.wrong_joint and (o.confidence or 0) > 0.9 for o in outcomes)}")  # fmt: skip
+    right, wrong = sum(o.right for o in outcomes), sum(o.wrong_joint for o in outcomes)
+    sure = sum(o.wrong_joint and (o.confidence or 0.0) > 0.9 for o in outcomes)
+    print(f"{right} of {len(outcomes)} right; a wrong joint, or an effect where there is none, "
+          f"in {wrong}, above 0.9 in {sure}")  # fmt: skip
 
 
 if __name__ == "__main__":

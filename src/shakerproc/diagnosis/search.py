@@ -23,7 +23,11 @@ from shakerproc.diagnosis.estimation.correction import (
 from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
 from shakerproc.diagnosis.estimation.growth import grown
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
-from shakerproc.diagnosis.estimation.linear import fit_linear, signs_and_delays
+from shakerproc.diagnosis.estimation.linear import (
+    LINEAR_ENOUGH,
+    fit_linear,
+    signs_and_delays,
+)
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
@@ -41,6 +45,7 @@ from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
+from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -176,7 +181,10 @@ def _begun(
         outcome = at_the_horizon(campaign, linear, [], say)
         one = told(original, linear_model, outcome, {}, ())
         return Begun(replace(one, rigid=rigid), outcome)
-    campaign, explained = alone(campaign, linear, forms[-1])
+    near = not original.structures or (
+        error_of(campaign.data, linear, forms[-1].held_out) < LINEAR_ENOUGH
+    )
+    campaign, explained = alone(campaign, linear, forms[-1]) if near else (campaign, False)
     if original.structures:
         return _in_structures(original, linear_model, campaign, say, explained=explained)
     say("screening")

@@ -127,7 +127,7 @@ def structure_lines(structure: Structure) -> list[str]:
 
 
 def structure_in_brackets(structure: Structure, of: str = "") -> str:
-    """Return a structure as it stands in a model file in the place of the file `of` its modes."""
+    """Return a structure as it stands in a model file, instead of the file `of` its modes."""
     *before, _ = [line for line in structure_lines(structure) if not line.startswith("  - ")]
     modes = (_structure_mode_text(one) for one in structure.modes)
     comment = f"  # of {of}, as fitted" if of else ""

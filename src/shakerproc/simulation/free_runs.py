@@ -211,8 +211,10 @@ def free_runs(
             impose(starts, model, system, given, first)
             rows = np.minimum(count + means, given.n_samples - first)
             placed = Placed(first, count, offsets[members], rows)
-            nudges = None if held is None else held.nudges(
-                test, given.sample_rate, system.machine.mass
+            nudges = (
+                None
+                if held is None
+                else held.nudges(test, given.sample_rate, system.machine.mass)
             )
             failed[members] = walk.fill(
                 given, placed, starts, flat, means=means, nudges=nudges, nudged=nudged

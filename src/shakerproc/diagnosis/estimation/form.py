@@ -137,8 +137,9 @@ def arrived(data: DataSet, found: Fit, form: Form, *, rounds: int = BEST_ROUNDS)
 def forms_of(data: DataSet) -> list[Form]:
     """Return windows of every horizon, and whole tests or parts of them.
 
-    Of structures the longest alone. Whole tests where they begin at rest; else what is fitted to, and what was held out, each
-    stretch with a start of its own, and at last whole tests, each with one start.
+    Whole tests where they begin at rest; else what is fitted to, and what was held out, each
+    stretch with a start of its own, and at last whole tests, each with one start. Of structures
+    the longest alone.
     """
     if data.model.structures:
         return [_of_structures(data)]

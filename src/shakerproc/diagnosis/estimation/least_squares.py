@@ -18,7 +18,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.of_tests import spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.point import Channels, Point, State
+from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.spread import Spread
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
@@ -32,6 +32,12 @@ then moves by less than a third of its standard error [-]."""
 
 TRIALS: Final = 6
 """Steps that are tried from one point, each damped ten times more [-]."""
+
+CHORDS: Final = 6
+"""Steps along the same slopes at most, where these take long [-]."""
+
+WORTH: Final = 0.1
+"""Share of the fall of the step before below which new slopes are worth more [-]."""
 
 LEAST_DAMPING: Final = 1e-9
 """Least damping over the diagonal: next to the rounding of the equations [-]."""
@@ -216,6 +222,10 @@ def _sought(
         if better is not None:
             change = np.abs(better[0].x - here.x)
             here, (residual, predicted, reached), damping = better
+            if linearisation.data.model.structures:
+                chord = _by_chords(linearisation, slopes, (here, better[1], damping))
+                change = np.abs(chord[0].x - here.x) + change
+                here, (residual, predicted, reached), damping = chord
             fallen = cost - reached
             linearisation.correlation = correlation_of(residual)
             cost = linearisation.cost(residual, here)
@@ -245,6 +255,27 @@ def _sought(
         failed=int(predicted.failed.sum()),
         steps=steps,
     )
+
+
+def _by_chords(
+    linearisation: Linearisation, slopes: Linearised, here: tuple[Point, State, float]
+) -> tuple[Point, State, float]:
+    """Return where further steps along the same slopes lead, each worth a tenth of the last.
+
+    A structure has so many numbers that one set of slopes takes as long as forty residuals.
+    """
+    gained = np.inf
+    for _ in range(CHORDS):
+        at, state, damping = here
+        equations = NormalEquations(linearisation, at, replace(slopes, residual=state[0]))
+        better = _better(equations, state[2], damping)
+        if better is None:
+            break
+        here, last = better, gained
+        gained = state[2] - better[1][2]
+        if gained < max(SETTLED, WORTH * last if np.isfinite(last) else 0.0):
+            break
+    return here
 
 
 def _begun(

@@ -142,7 +142,9 @@ class LinearParameters:
         factors = np.exp(values[: len(self.own)])
         own = [n.value(self.model) * x for n, x in zip(self.own, factors, strict=True)]
         found = with_values(self.model, self.own, own)
-        return replace(found, modes=(*found.modes, *self._modes(values))) if self.places else found
+        return (
+            replace(found, modes=(*found.modes, *self._modes(values))) if self.places else found
+        )
 
     def heaviest(self, values: FloatArray) -> float:
         """Return the largest mass of the modes of one place over what is left of it [-]."""

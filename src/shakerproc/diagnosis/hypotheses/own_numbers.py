@@ -124,6 +124,4 @@ def with_values(
         name: replace(one, modes=tuple(modes[name])) if name in changed else one
         for name, one in model.structures.items()
     }
-    return replace(
-        model, masses=masses, elements=(*elements, *more), structures=structures
-    )
+    return replace(model, masses=masses, elements=(*elements, *more), structures=structures)

@@ -85,7 +85,9 @@ class Base:
             columns.append(np.zeros_like(rows) if there is None else (there[1] - rows) / change)
         table = np.column_stack(columns)
         blocks = np.array_split(rows**2, max(1, round(rows.size / own.block)))
-        weight = np.concatenate([np.full(b.size, 1.0 / np.sqrt(1.0 + b.mean())) for b in blocks])
+        weight = np.concatenate([
+            np.full(b.size, 1.0 / np.sqrt(1.0 + b.mean())) for b in blocks
+        ])
         prior = np.column_stack([self._prior, np.zeros((n, x.size - n))])
         left = np.concatenate([weight * rows, self._prior @ x[:n]])
         slopes = np.concatenate([weight[:, None] * table, prior])

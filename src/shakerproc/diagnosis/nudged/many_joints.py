@@ -23,16 +23,16 @@ STEPS: Final = 3
 """Steps that follow: what a law is worth shows by then [-]."""
 
 OWN_STARTS: Final = 2
-"""Numbers of a law that contains others up to which it has starts of its own; one of more begins
-where those have ended [-]."""
+"""Numbers of a law that contains others up to which it has starts of its own; one of more
+begins where those have ended [-]."""
 
 LEVELS: Final = 6
 """Starts of a law that differ in more than the size of its force: grids of the library cover
 two decades by more [-]."""
 
 DECADE: Final = 10.0
-"""Ratio of forces from which on they are two starts: between them the least squares of the force
-find the size (see `Base`) [-]."""
+"""Ratio of forces from which on they are two starts: between them the least squares of the
+force find the size (see `Base`) [-]."""
 
 
 def entered(
@@ -70,15 +70,13 @@ def entered(
 
 
 def _promising(begun: dict[Group, list[Moved]]) -> list[Group]:
-    """Return the laws in joints whose starts leave least, the best in every joint among them."""
+    """Return laws in joints whose starts leave least, the best in every joint among them."""
     order = sorted(begun, key=lambda group: begun[group][0][0])
     first = {group[1]: group for group in reversed(order)}
     return list(dict.fromkeys([*order[:FOLLOWED], *first.values()]))
 
 
-def _follow(
-    base: Base, found: dict[Group, Fit], group: Group, starts: Sequence[Moved]
-) -> None:
+def _follow(base: Base, found: dict[Group, Fit], group: Group, starts: Sequence[Moved]) -> None:
     """Add where steps from the best starts of a law in a joint lead."""
     ends = [base.stepped(own, x, STEPS) for _, own, x in starts[:STEPPED]]
     best = min((one for one in ends if one is not None), key=_level, default=None)
