@@ -118,10 +118,13 @@ def _moved(drawn: Drawn, test: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 def _sampled(means: np.ndarray) -> np.ndarray:
     """Return samples from means over the intervals that follow, to 0.45 of the rate."""
-    share = np.fft.rfftfreq(means.shape[-1])
+    n = means.shape[-1]
+    fade = means[..., -1:] * (0.5 + 0.5 * np.cos(np.linspace(0.0, np.pi, n)))
+    both = np.concatenate([means, fade], axis=-1)  # what ends in motion does not wrap around
+    share = np.fft.rfftfreq(2 * n)
     box = np.sinc(share) * np.exp(1j * np.pi * share)
     kept = 1.0 / (1.0 + (share / 0.45) ** 40)
-    return np.fft.irfft(np.fft.rfft(means) * kept / box, means.shape[-1])
+    return np.fft.irfft(np.fft.rfft(both) * kept / box, 2 * n)[..., :n]
 
 
 def draw(seed: int, kind: str) -> Drawn:

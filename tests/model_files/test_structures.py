@@ -107,6 +107,22 @@ def test_an_effect_is_added_in_another_folder_and_the_structure_is_still_found(t
     assert model.structures == read_model(path).structures
 
 
+@pytest.mark.parametrize(
+    "place", ["structures:\n  beam: beam.yaml", "structures: {beam: beam.yaml}"]
+)
+def test_a_structure_with_other_numbers_goes_into_the_model_file_its_own_stays(tmp_path, place):
+    path = written(tmp_path, MODEL.replace("structures:\n  beam: beam.yaml", place))
+    known = read_model(path)
+    beam = known.structures["beam"]
+    fitted = replace(beam, modes=(*beam.modes[:2], replace(beam.modes[2], frequency=118.75)))
+    gap = Element(EFFECTS["gap"](stiffness=1e5, clearance=1e-5), ("base", "left"))
+    add_element(path, gap, tmp_path / "new.yaml", structures={"beam": fitted})
+    found = read_model(tmp_path / "new.yaml")
+    assert found.structures["beam"] == fitted
+    assert found.elements == (*known.elements, gap)
+    assert (tmp_path / "beam.yaml").read_text() == BODY
+
+
 def test_a_residual_flexibility_is_that_at_rest_and_survives_being_written(tmp_path):
     """Static flexibility of a held point: the sum over modes of phi^2 / omega^2, and R."""
     body = FIXED.replace("points:", "residual: {right: 3e-6 m/N}\npoints:")

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.nudged.many_joints import entered
 from shakerproc.diagnosis.nudged.race import Raced, race
 from shakerproc.errors import DiagnosisError
 
-MOST: Final = 6
+MOST: Final = 4
 """Hypotheses that go on from one rate to the next at most [-]."""
 
 

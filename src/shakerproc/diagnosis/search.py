@@ -53,8 +53,9 @@ MUCH: Final = 0.5
 """Level (see `Fit`) over that of the model without any effect below which an effect explains
 enough to be judged before others are tried [-]."""
 
-STRUCTURE_ROUNDS: Final = 3
-"""Steps of a structure without effects on whole tests, from its linear model [-]."""
+STRUCTURE_ROUNDS: Final = 1
+"""Steps of a structure without effects on whole tests: its linear model explains them, or an
+effect is missing [-]."""
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -186,7 +187,9 @@ def _begun(
     )
     campaign, explained = alone(campaign, linear, forms[-1]) if near else (campaign, False)
     if original.structures:
-        return _in_structures(original, linear_model, campaign, say, explained=explained)
+        return _in_structures(
+            original, linear_model, campaign, linear, say, explained=explained
+        )
     say("screening")
     known = campaign.known
     starts = screen(model, campaign.fitted, tuple(known), known, explained=explained)
@@ -221,12 +224,16 @@ def _in_structures(
     original: Model,
     linear_model: LinearModel,
     campaign: Campaign,
+    linear: Fit,
     say: Callable[[str], None],
     *,
     explained: bool,
 ) -> Begun:
     """Return what explains tests of structures; nothing is sought where the model does."""
-    one = raced(campaign, linear_model, {} if explained else campaign.known, say)
+    if explained:
+        outcome = at_the_horizon(campaign, linear, [], say)
+        return Begun(told(original, linear_model, outcome, {}, ()), outcome)
+    one = raced(campaign, linear_model, campaign.known, say)
     campaign = replace(campaign, data=one.base.data)
     outcome = at_the_horizon(campaign, one.base, one.fits, say)
     return Begun(told(original, linear_model, outcome, one.failed, ()), outcome)

@@ -61,5 +61,6 @@ def ladder_of(data: DataSet) -> tuple[Rung, ...]:
         windows = pieces(data, rate, part, held_out=False)
         if rungs and len(windows) < min(FEWEST, len(rungs[0].windows)):
             break
-        rungs.append(Rung(rate, windows, ROUNDS, share <= JUDGED))
+        rounds = ROUNDS - bool(data.model.structures)  # which go on along the same slopes
+        rungs.append(Rung(rate, windows, rounds, share <= JUDGED))
     return tuple(rungs)
