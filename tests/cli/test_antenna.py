@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 
 import pytest
-
 from tests.in_process import completed
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "antenna" / "make_antenna.py"
