@@ -28,8 +28,8 @@ from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import as_table
 from shakerproc.diagnosis.outcome import Outcome
+from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.screening import Start, free_laws, screen
-from shakerproc.diagnosis.search import as_it_is, own_numbers
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own

@@ -21,9 +21,7 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
-from shakerproc.diagnosis.estimation.growth import grown
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
     fit_linear,
@@ -32,31 +30,24 @@ from shakerproc.diagnosis.estimation.linear import (
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
-from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
-from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import is_mostly_noise, usable_forms
-from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.left_behind import with_all
 from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
+from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.diagnosis.selection.errors import error_of
-from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
 MUCH: Final = 0.5
 """Level (see `Fit`) over that of the model without any effect below which an effect explains
 enough to be judged before others are tried [-]."""
-
-STRUCTURE_ROUNDS: Final = 1
-"""Steps of a structure without effects on whole tests: its linear model explains them, or an
-effect is missing [-]."""
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
@@ -289,49 +280,6 @@ def told(
         free=None,
         ruled_out=ruled_out(starts, outcome.singles),
         failed=failed,
-    )
-
-
-def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
-    """Return the model's own numbers, fitted alone.
-
-    Of a structure to whole tests, from where its linear model is.
-
-    Raises
-    ------
-    DiagnosisError
-        If it runs away in every test.
-    """
-    data = campaign.data
-    none = hypothesis_of(data.model)
-    nothing = np.zeros(none.size)
-    if linear_model is not None and data.model.structures:
-        x, whole = as_in(none, linear_model.model), forms_of(data)[-1].fitted
-        found = fit(data, none, x, whole, rounds=STRUCTURE_ROUNDS)
-    else:
-        found = grown(data, none, nothing, campaign.stages)
-    if found is None:
-        whole = whole_tests(data, held_out=False)
-        found = fit(data, none, nothing, whole, rounds=ROUNDS)
-    if found is None:
-        raise DiagnosisError(
-            f"{data.model.title}: its motion runs away in every test; check stiffness, damping "
-            "and masses of the model."
-        )
-    return found
-
-
-def as_it_is(original: Model, linear: Fit) -> Fit:
-    """Return the fit that is none: the numbers of the model file, perfect sensors."""
-    none = hypothesis_of(original)
-    nothing = np.zeros(none.size)
-    found = fit(linear.data, none, nothing, linear.windows, rounds=0)
-    if found is not None:
-        return found
-    gain, delay, of_tests = perfect(linear.data)
-    rows = np.full_like(linear.rows, RUNAWAY**2)
-    return replace(
-        linear, hypothesis=none, x=nothing, gain=gain, delay=delay, of_tests=of_tests, rows=rows
     )
 
 

@@ -143,20 +143,6 @@ def unnamed_sentence(errors: Errors, which: str, least: tuple[str, float]) -> st
     return said
 
 
-def which_joint_note(
-    chosen: tuple[str, str], other: tuple[str, str], sensor: tuple[str, float] | None
-) -> str:
-    """Return that two joints are not told apart, and the place and share of what would [-]."""
-    said = (
-        f"These tests do not tell whether it is between {' and '.join(chosen)} or between "
-        f"{' and '.join(other)}"
-    )
-    if sensor is None or sensor[1] < NEGLIGIBLE:
-        return f"{said}, and no further sensor would."
-    place, share = sensor
-    return f"{said}: a sensor at {place} would, where both differ by {share:.0%}."
-
-
 def locked_sentence(locked: Sequence[Locked]) -> str:
     """Return the verdict that a joint never slipped."""
     joints = " and ".join(

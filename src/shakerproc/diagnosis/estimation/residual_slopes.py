@@ -31,8 +31,7 @@ STEP: Final = 3e-4
 
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
-force jumps, the slopes of a small change are spikes at the samples next to the jumps, which a
-step of the search passes by far [-]."""
+force jumps, those of a small change are spikes beside it, which a step passes by far [-]."""
 
 AS_IT_IS: Final = 1e-6
 """The same of the first sensor where masses are free: with all other numbers these take any

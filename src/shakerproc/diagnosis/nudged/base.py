@@ -130,7 +130,7 @@ class Base:
     def _residual(self, own: Linearisation, x: FloatArray) -> tuple[float, FloatArray] | None:
         """Return the level of a place and the residual there; None where it runs away."""
         try:
-            state = own.residual(self._begun(own, hypothesis, x))
+            state = own.residual(self._begun(own, own.hypothesis, x))
         except ModelError:
             return None
         if state is None or state[1].failed.any():

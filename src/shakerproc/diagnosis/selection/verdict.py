@@ -43,7 +43,7 @@ from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.told_errors import errors_among, errors_told
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
-from shakerproc.diagnosis.selection.which_joint import in_other_joints, joint_notes
+from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
@@ -76,7 +76,7 @@ def judged(
     apart = _doubts(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
-    alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
+    alike, (faults, open_ones, at_fault) = indistinguishable(standing), _faults(found, chosen)
     elsewhere = joint_notes(found, standing)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
@@ -123,15 +123,10 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        confidence=_shared(probability_of(scores), elsewhere) if drawn and complete else None,
+        confidence=shared(probability_of(scores), standing) if drawn and complete else None,
         scores=scores,
         seed=seed,
     )
-
-
-def _shared(probability: float | None, elsewhere: Sequence[str]) -> float | None:
-    """Return a probability shared by joints that are not told apart."""
-    return None if probability is None else probability / (1 + len(elsewhere))
 
 
 def _doubts(found: Found, chosen: Score, after: Simulated) -> list[str]:
@@ -185,17 +180,6 @@ def _effects(fit: Fit) -> list[Finding]:
         Finding(one.kind, one.between, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
-
-
-def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
-    """Return the kinds that predict as well as the chosen one and are no richer."""
-    tied = as_good(standing)
-    own = standing[0].fit.hypothesis.kinds if standing else ()
-    kinds = [kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own]
-    for score in in_other_joints(standing):
-        added = score.fit.hypothesis.added
-        kinds += [f"{one.kind} between {' and '.join(one.between)}" for one in added]
-    return tuple(dict.fromkeys(kinds))
 
 
 def _joint(found: Found, chosen: Score) -> Joint:

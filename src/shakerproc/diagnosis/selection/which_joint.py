@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakerproc.diagnosis import wording
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
+from shakerproc.diagnosis.selection.proposing import as_good
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.errors import ModelError
 from shakerproc.models import Sensor
@@ -29,10 +30,26 @@ def in_other_joints(standing: Sequence[Score]) -> list[Score]:
     ]
 
 
+def indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
+    """Return what predicts as well as the chosen one and is no richer: kinds, other joints."""
+    tied = as_good(standing)
+    own = standing[0].fit.hypothesis.kinds if standing else ()
+    kinds = [kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own]
+    for score in in_other_joints(standing):
+        added = score.fit.hypothesis.added
+        kinds += [f"{one.kind} between {' and '.join(one.between)}" for one in added]
+    return tuple(dict.fromkeys(kinds))
+
+
+def shared(probability: float | None, standing: Sequence[Score]) -> float | None:
+    """Return a probability shared by joints that are not told apart [-]."""
+    return None if probability is None else probability / (1 + len(in_other_joints(standing)))
+
+
 def joint_notes(found: Found, standing: Sequence[Score]) -> list[str]:
     """Return that joints are not told apart, each time with the sensor that would."""
     return [
-        wording.which_joint_note(
+        _told(
             standing[0].fit.hypothesis.added[-1].between,
             other.fit.hypothesis.added[-1].between,
             telling_sensor(found, standing[0].fit, other.fit),
@@ -66,3 +83,17 @@ def _at(found: Found, fit: Fit, places: Sequence[str]) -> Predicted | None:
     except ModelError:
         return None
     return None if moved.failed.any() else moved
+
+
+def _told(
+    chosen: tuple[str, str], other: tuple[str, str], sensor: tuple[str, float] | None
+) -> str:
+    """Return that two joints are not told apart, and the place and share of what would [-]."""
+    said = (
+        f"These tests do not tell whether it is between {' and '.join(chosen)} or between "
+        f"{' and '.join(other)}"
+    )
+    if sensor is None or sensor[1] < NEGLIGIBLE:
+        return f"{said}, and no further sensor would."
+    place, share = sensor
+    return f"{said}: a sensor at {place} would, where both differ by {share:.0%}."
