@@ -4,7 +4,6 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final, final
 
 import yaml
@@ -28,8 +27,6 @@ from shakerproc.models.structure import Structure
 Changes = Mapping[int, Mapping[str, float]]
 """New values by the number of the element in the file, from 0, and the parameter [SI]."""
 
-_NONE: Final[Changes] = {}
-
 
 @final
 @dataclass(frozen=True, slots=True, order=True)
@@ -43,13 +40,35 @@ class _Edit:
 
 @final
 @dataclass(frozen=True, slots=True)
+class NewNumbers:
+    """Numbers that a file gives already, with other values.
+
+    Attributes
+    ----------
+    changes : mapping
+        Of elements; see `change_parameters`.
+    masses : mapping of str to float
+        Masses [kg].
+    structures : mapping of str to Structure
+        Structures that have other numbers than their files say; they then stand in this one.
+    """
+
+    changes: Changes = field(default_factory=dict)
+    masses: Mapping[str, float] = field(default_factory=dict)
+    structures: Mapping[str, Structure] = field(default_factory=dict)
+
+
+AS_THEY_ARE: Final = NewNumbers()
+"""Nothing changed."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class _Wanted:
     """Wanted content of a changed file; see `add_element`."""
 
-    changes: Changes
-    masses: Mapping[str, float] = field(default_factory=dict)
+    numbers: NewNumbers
     modes: tuple[Mode, ...] = ()
-    structures: Mapping[str, Structure] = field(default_factory=dict)
     element: Element | None = None
     provenance: Provenance | None = None
     title: str | None = None
@@ -61,10 +80,8 @@ def add_element(
     out: Path,
     provenance: Provenance | None = None,
     *,
-    changes: Changes = _NONE,
-    masses: Mapping[str, float] = MappingProxyType({}),
+    numbers: NewNumbers = AS_THEY_ARE,
     modes: Sequence[Mode] = (),
-    structures: Mapping[str, Structure] = MappingProxyType({}),
     title: str | None = None,
 ) -> None:
     """Write the model file with one element more, comments and order kept.
@@ -79,14 +96,10 @@ def add_element(
         Where the new file goes, whole or not at all.
     provenance : Provenance, optional
         Written into a list at the end of the file.
-    changes : mapping
-        New values of parameters that the file gives already; see `change_parameters`.
-    masses : mapping of str to float
-        New values of masses [kg].
+    numbers : NewNumbers
+        New values of what the file gives already.
     modes : sequence of Mode
         Further modes of the specimen, after those of the file.
-    structures : mapping of str to Structure
-        Structures that have other numbers than their files say; they then stand in this one.
     title : str, optional
         New title of the model.
 
@@ -95,8 +108,7 @@ def add_element(
     DocumentError
         If the file is not a model, or is laid out so that it cannot be changed in place.
     """
-    wanted = _Wanted(changes, masses, tuple(modes), structures, element, provenance, title)
-    _edit(path, out, wanted)
+    _edit(path, out, _Wanted(numbers, tuple(modes), element, provenance, title))
 
 
 def change_parameters(path: Path, changes: Changes, out: Path) -> None:
@@ -116,17 +128,17 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
     DocumentError
         If the file is not a model, or does not hold the parameter in so many words.
     """
-    _edit(path, out, _Wanted(changes))
+    _edit(path, out, _Wanted(NewNumbers(changes)))
 
 
 def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
     """Write the changed text, once it has been read back and says what it should."""
-    before = read_model_file(path)
+    before, new = read_model_file(path), wanted.numbers
     motion = before.model.motion
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
-    edits = _changes(before, root, wanted.changes) + _masses(before, root, wanted.masses)
-    edits += _structures(before, root, out, wanted.structures)
+    edits = _changes(before, root, new.changes) + _masses(before, root, new.masses)
+    edits += _structures(before, root, out, new.structures)
     if wanted.title is not None:
         edits.append(_titled(text, root, wanted.title))
     if wanted.element is not None:
@@ -159,13 +171,13 @@ def _check_written(before: ModelFile, path: Path, wanted: _Wanted) -> None:
     DocumentError
         If it does not.
     """
-    known = before.model
+    known, new = before.model, wanted.numbers
     added = () if wanted.element is None else (wanted.element,)
     expected = (
-        _changed(before, wanted.changes) + added,
-        {**known.masses, **wanted.masses},
+        _changed(before, new.changes) + added,
+        {**known.masses, **new.masses},
         known.modes + wanted.modes,
-        {**known.structures, **wanted.structures},
+        {**known.structures, **new.structures},
     )
     try:
         model = read_model_file(path).model

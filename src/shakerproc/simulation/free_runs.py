@@ -86,7 +86,7 @@ def led_by(sees: FloatArray, mass: FloatArray) -> FloatArray:
     Parameters
     ----------
     sees : (m, 2 n) array
-        Displacements and velocities that sensors see, :math:`S`.
+        Displacements and velocities that sensors see, :math:`S` [-].
     mass : (n,) array
         Of what moves, :math:`M` [kg].
     """

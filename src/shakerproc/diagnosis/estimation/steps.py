@@ -33,6 +33,7 @@ def by_chords(
     """Return where further steps along the same slopes lead, each worth a tenth of the last.
 
     A structure has so many numbers that one set of slopes takes as long as forty residuals.
+    `here` is where they were taken, with its state and the damping [-].
     """
     gained = np.inf
     for _ in range(CHORDS):
@@ -51,7 +52,7 @@ def by_chords(
 def better(
     equations: NormalEquations, cost: float, damping: float
 ) -> tuple[Point, State, float] | None:
-    """Return where a step leads that gains, its state, and the next damping; None if none."""
+    """Return where a step gains, its state, and the next damping [-]; None if none does."""
     for _ in range(TRIALS):
         there, fall = equations.taken(damping)
         tried = equations.linearisation.residual(there)

@@ -193,7 +193,7 @@ class Hypothesis:
         return np.concatenate([[number.spread for number in self.own], free])
 
     def far(self, x: FloatArray) -> NDArray[np.bool_]:
-        """Return which of the model's own numbers are not its own any more, (n_own,) array."""
+        """Return which of the model's own numbers are not its own any more, by x [-]."""
         own = len(self.own)
         return np.asarray(np.abs(x[:own]) > FAR * self.prior_spread()[:own])
 

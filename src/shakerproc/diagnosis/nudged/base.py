@@ -89,7 +89,7 @@ class Base:
         """Return where steps from a start lead, the slopes by the base's numbers as they are.
 
         Only those by the effect's own numbers are taken anew: a few runs for each step, however
-        many numbers the model has. None where it runs away.
+        many numbers the model has. None where it runs away. `x` are its coordinates [-].
         """
         own = Linearisation(self.fit.data, hypothesis, self._windows)
         here = self._residual(own, x)

@@ -77,7 +77,6 @@ def judged(
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = indistinguishable(standing), _faults(found, chosen)
-    elsewhere = joint_notes(found, standing)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
@@ -101,7 +100,7 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, verdict)
-    told = [*elsewhere, *told]
+    told = [*joint_notes(found, standing), *told]
     scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
