@@ -99,8 +99,7 @@ def judged(
         unclosed = unexercised(found, clearances)
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
-    asked, told = _asked_next(found, chosen, verdict)
-    told = [*joint_notes(found, standing), *told]
+    asked, told = _asked_next(found, chosen, standing, verdict)
     scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -274,15 +273,18 @@ def _own_note(found: Found, chosen: Score) -> str:
     return wording.own_note(weights_of(data, of_tests), drift_of(data, of_tests), left)
 
 
-def _asked_next(found: Found, stands: Score, verdict: str) -> tuple[tuple[str, ...], list[str]]:
-    """Return the kinds to add next, and the notes on what is left."""
+def _asked_next(
+    found: Found, stands: Score, standing: Sequence[Score], verdict: str
+) -> tuple[tuple[str, ...], list[str]]:
+    """Return the kinds to add next, and the notes on joints and on what is left."""
+    elsewhere = joint_notes(found, standing)
     if verdict in {"cannot tell", "measurement fault"}:
-        return (), []
+        return (), elsewhere
     if verdict == "outside library" and stands.fit.hypothesis.added:
-        return stands.fit.hypothesis.kinds, []
+        return stands.fit.hypothesis.kinds, elsewhere
     more = further(found, stands)
     if more is None:
-        return (), []
+        return (), elsewhere
     kinds = tuple(kind for kind, _ in more.fit.hypothesis.names - stands.fit.hypothesis.names)
     left = found.left_by(stands), found.left_by(more)
-    return kinds, [wording.further_note(kinds, *left)]
+    return kinds, [*elsewhere, wording.further_note(kinds, *left)]
