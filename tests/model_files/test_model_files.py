@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from shakerproc.errors import DocumentError
 from shakerproc.model_files import (
+    NewNumbers,
     Provenance,
     add_element,
     change_parameters,
@@ -170,7 +171,7 @@ PROVENANCE = Provenance(
 def test_the_provenance_is_kept_and_grows(tmp_path):
     path, out = written(tmp_path, TEXT), tmp_path / "new.yaml"
     gap = Element(Gap(1e5, 5.1e-5), ("base", "coupon"))
-    add_element(path, gap, out, PROVENANCE, changes={0: {"stiffness": 1e5}})
+    add_element(path, gap, out, PROVENANCE, numbers=NewNumbers({0: {"stiffness": 1e5}}))
     stop = Element(Stop(1e6, 1e-3, "negative"), ("base", "coupon"))
     add_element(out, stop, out, Provenance(tests=(2,)))
     first, second = read_model_file(out).provenance
@@ -190,7 +191,9 @@ HEAVIER = {"coupon": 0.0301}
 def test_masses_change_and_further_modes_are_appended(tmp_path):
     path, out = written(tmp_path, TEXT), tmp_path / "new.yaml"
     gap = Element(Gap(1e5, 5.1e-5), ("base", "coupon"))
-    add_element(path, gap, out, PROVENANCE, masses=HEAVIER, modes=(BENDING,))
+    add_element(
+        path, gap, out, PROVENANCE, numbers=NewNumbers(masses=HEAVIER), modes=(BENDING,)
+    )
     model = read_model(out)
     assert model.masses["coupon"] == 0.0301
     assert model.modes == (BENDING,)

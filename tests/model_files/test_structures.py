@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import DocumentError, ModelError
-from shakerproc.model_files import add_element, read_model, write_model
+from shakerproc.model_files import NewNumbers, add_element, read_model, write_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.models.coordinates import coordinates_of
 from shakerproc.models.validation import check_sampled
@@ -105,6 +105,24 @@ def test_an_effect_is_added_in_another_folder_and_the_structure_is_still_found(t
     model = read_model(out)
     assert model.elements[-1] == gap
     assert model.structures == read_model(path).structures
+
+
+@pytest.mark.parametrize(
+    "place", ["structures:\n  beam: beam.yaml", "structures: {beam: beam.yaml}"]
+)
+def test_a_structure_with_other_numbers_goes_into_the_model_file_its_own_stays(tmp_path, place):
+    path = written(tmp_path, MODEL.replace("structures:\n  beam: beam.yaml", place))
+    known = read_model(path)
+    beam = known.structures["beam"]
+    fitted = replace(beam, modes=(*beam.modes[:2], replace(beam.modes[2], frequency=118.75)))
+    gap = Element(EFFECTS["gap"](stiffness=1e5, clearance=1e-5), ("base", "left"))
+    add_element(
+        path, gap, tmp_path / "new.yaml", numbers=NewNumbers(structures={"beam": fitted})
+    )
+    found = read_model(tmp_path / "new.yaml")
+    assert found.structures["beam"] == fitted
+    assert found.elements == (*known.elements, gap)
+    assert (tmp_path / "beam.yaml").read_text() == BODY
 
 
 def test_a_residual_flexibility_is_that_at_rest_and_survives_being_written(tmp_path):

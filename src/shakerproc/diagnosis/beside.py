@@ -50,8 +50,8 @@ def with_pairs_ahead(
     Where what stands leaves more than noise, there or at its own horizon, or has many numbers.
     In short windows a slow change of amplitude shows as little as any; a whole decay tells it,
     and has few windows. (Of a driven gap beside an attached mode it cost as much as all else,
-    95 s, and found no more: pair:gap+attached_mode*90.) What is found is taken if it surely predicts better there than all that was found before,
-    or as well with fewer numbers.
+    95 s, and found no more: pair:gap+attached_mode*90.) What is found is taken if it surely
+    predicts better there than all that was found before, or as well with fewer numbers.
     """
     is_decay = campaign.data.model.excitation.role is None
     if not is_decay or found.rigid or not known or not _leaves_more(found):

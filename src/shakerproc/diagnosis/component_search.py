@@ -13,7 +13,8 @@ from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.left_behind import with_all
-from shakerproc.diagnosis.search import as_it_is, ruled_out
+from shakerproc.diagnosis.own_fit import as_it_is
+from shakerproc.diagnosis.search import ruled_out
 from shakerproc.diagnosis.selection.scores import ranked
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model

@@ -14,7 +14,7 @@ from shakerproc.diagnosis.data.from_files import arrays
 from shakerproc.diagnosis.estimation.intervals import linear_estimates
 from shakerproc.diagnosis.horizon import compared
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
-from shakerproc.diagnosis.search import own_numbers
+from shakerproc.diagnosis.own_fit import own_numbers
 from shakerproc.errors import DiagnosisError, ModelError
 from shakerproc.models import Model
 

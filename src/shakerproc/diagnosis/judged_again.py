@@ -16,7 +16,8 @@ def judged_again(
 ) -> Found | None:
     """Return the same hypotheses, fitted and judged at the horizon by another noise.
 
-    None where they leave more than noise then: others may be better.
+    None where they leave more than noise then: others may be better. Of structures all raced,
+    whatever the noise.
 
     Parameters
     ----------
@@ -42,4 +43,4 @@ def judged_again(
         hums=before.hums,
         recorded=tuple(tests) if before.recorded else (),
     )
-    return found if found.rigid or found.is_enough else None
+    return found if found.rigid or found.is_enough or model.structures else None

@@ -79,7 +79,7 @@ def _starts(campaign: Campaign) -> list[Start]:
     data, none = campaign.data, (0.0,) * len(campaign.known)
     lowest = _lowest(campaign)
     highest = FASTEST * min(test.sample_rate for test in data.tests)
-    if lowest >= highest:
+    if lowest >= highest or data.model.structures:  # whose own modes are numbers of the fit
         return []
     places = {j[1]: j for j, own in campaign.known.items() if AttachedMode.kind in own}
     places = {place: joint for place, joint in places.items() if place in data.model.masses}

@@ -12,17 +12,32 @@ LEAST_SHARE: Final = 1e-4
 """Share of a number below which what calibration leaves open of it has no figure: stiffness
 does not move with the scale of base and response [-]."""
 
+MODAL: Final = ("frequency ", "damping_ratio ")
+"""How the names of numbers of modes of structures begin (see `naming.mode_name`)."""
+
 
 def off_sentences(off: Mapping[str, tuple[float, Estimate]]) -> list[str]:
     """Return which numbers of the model were off, old and new; nothing where none was."""
-    if not off:
-        return []
+    modal = {name: both for name, both in off.items() if name.startswith(MODAL)}
     numbers = "; ".join(
         f"{name} {shown(replace(new, value=was), within=False)} in the file, "
         f"fitted {shown(new)}"
         for name, (was, new) in off.items()
+        if name not in modal
     )
-    return [f"Numbers of the model were off: {numbers}."]
+    said = [f"Numbers of the model were off: {numbers}."] if numbers else []
+    for what in MODAL:
+        changes = [
+            float(new.value) / was - 1.0
+            for name, (was, new) in modal.items()
+            if name.startswith(what)
+        ]
+        if changes:
+            most = max(changes, key=abs)
+            count = f"{len(changes)} mode" + ("s were" if len(changes) > 1 else " was")
+            which = what.strip().replace("_", " ")
+            said.append(f"{count} off in {which}, by {100.0 * most:+.2g} % at most.")
+    return said
 
 
 def known_sentences(known: Sequence[Known]) -> list[str]:

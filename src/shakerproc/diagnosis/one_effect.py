@@ -24,11 +24,12 @@ from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
+from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import as_table
 from shakerproc.diagnosis.outcome import Outcome
+from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.screening import Start, free_laws, screen
-from shakerproc.diagnosis.search import as_it_is, own_numbers
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own
@@ -118,11 +119,14 @@ def _fitted(
         If the model runs away in every test, or with the effect.
     """
     campaign = _campaign(replace(original, modes=linear_model.model.modes), tests, wanted)
-    linear = own_numbers(campaign)
-    say("screening")
+    linear = own_numbers(campaign, linear_model)
     if wanted.is_free_law:
+        say("screening")
         fits = _tables(campaign, linear, wanted)
+    elif original.structures:
+        fits = _in_structures(campaign, linear_model, wanted, say)
     else:
+        say("screening")
         fits = _effects(campaign, linear, linear_model, wanted, say)
     best = _best(fits, wanted)
     say("at the horizon")
@@ -244,6 +248,31 @@ def _effects(
         condition=Condition(wanted=wanted.kind),
     )
     return _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
+
+
+def _in_structures(
+    campaign: Campaign,
+    linear_model: LinearModel,
+    wanted: Wanted,
+    say: Callable[[str], None],
+) -> list[Fit]:
+    """Return the fits of the effect in joints of structures, after those that it contains.
+
+    From where the tests lead, and from the numbers that were given.
+    """
+    known = sought(campaign, wanted)
+    given = {
+        joint: {
+            kind: replace(law, starts=({**law.starts[0], **wanted.start}, *law.starts))
+            if kind == wanted.kind and wanted.start
+            else law
+            for kind, law in laws.items()
+        }
+        for joint, laws in known.items()
+    }
+    one = raced(campaign, linear_model, given, say)
+    found = [*one.fits, *one.left]
+    return [own for own in found if own.hypothesis.kinds == (wanted.kind,)][:1]
 
 
 def _in_each_joint(

@@ -21,27 +21,28 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
-from shakerproc.diagnosis.estimation.form import ROUNDS
-from shakerproc.diagnosis.estimation.growth import grown
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
-from shakerproc.diagnosis.estimation.linear import fit_linear, signs_and_delays
+from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.linear import (
+    LINEAR_ENOUGH,
+    fit_linear,
+    signs_and_delays,
+)
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
-from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
-from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import is_mostly_noise, usable_forms
-from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.left_behind import with_all
+from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
+from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
-from shakerproc.errors import DiagnosisError
+from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.models import Model
 
 MUCH: Final = 0.5
@@ -141,8 +142,8 @@ class Begun:
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the same with what more effects explain, where that is to be looked for."""
         found, first = self.found, self.outcome
-        campaign = first.campaign
-        if not self.is_enough and not needs_none(found):
+        campaign, alone = first.campaign, bool(found.data.model.structures)
+        if not self.is_enough and not needs_none(found) and not alone:
             found, campaign, forms = with_more(found, campaign, first.forms, first.singles, say)
             found = with_all(found, campaign, forms, self.every, say, known=self.known)
         return with_pairs_ahead(found, campaign, self.known, say)
@@ -165,15 +166,22 @@ def _begun(
     campaign = campaign_of(model, tests)
     forms = usable_forms(campaign)  # before the long work
     say("the model's own numbers")
-    linear = own_numbers(campaign)
+    linear = own_numbers(campaign, linear_model)
     rigid = rigid_joints(campaign.data)
     if rigid:
         say(f"{' and '.join(rigid[0])} held in every test")
         outcome = at_the_horizon(campaign, linear, [], say)
         one = told(original, linear_model, outcome, {}, ())
         return Begun(replace(one, rigid=rigid), outcome)
+    near = not original.structures or (
+        error_of(campaign.data, linear, forms[-1].held_out) < LINEAR_ENOUGH
+    )
+    campaign, explained = alone(campaign, linear, forms[-1]) if near else (campaign, False)
+    if original.structures:
+        return _in_structures(
+            original, linear_model, campaign, linear, say, explained=explained
+        )
     say("screening")
-    campaign, explained = alone(campaign, linear, forms[-1])
     known = campaign.known
     starts = screen(model, campaign.fitted, tuple(known), known, explained=explained)
     one_more = OneMore(
@@ -201,6 +209,25 @@ def _begun(
     if mode is None:
         return last
     return _begun(original, linear_model.with_mode(mode), tests, say)
+
+
+def _in_structures(
+    original: Model,
+    linear_model: LinearModel,
+    campaign: Campaign,
+    linear: Fit,
+    say: Callable[[str], None],
+    *,
+    explained: bool,
+) -> Begun:
+    """Return what explains tests of structures; nothing is sought where the model does."""
+    if explained:
+        outcome = at_the_horizon(campaign, linear, [], say)
+        return Begun(told(original, linear_model, outcome, {}, ()), outcome)
+    one = raced(campaign, linear_model, campaign.known, say)
+    campaign = replace(campaign, data=one.base.data)
+    outcome = at_the_horizon(campaign, one.base, one.fits, say)
+    return Begun(told(original, linear_model, outcome, one.failed, ()), outcome)
 
 
 def _outcomes(
@@ -253,43 +280,6 @@ def told(
         free=None,
         ruled_out=ruled_out(starts, outcome.singles),
         failed=failed,
-    )
-
-
-def own_numbers(campaign: Campaign) -> Fit:
-    """Return the model's own numbers, fitted alone.
-
-    Raises
-    ------
-    DiagnosisError
-        If it runs away in every test.
-    """
-    data = campaign.data
-    none = hypothesis_of(data.model)
-    nothing = np.zeros(none.size)
-    found = grown(data, none, nothing, campaign.stages)
-    if found is None:
-        whole = whole_tests(data, held_out=False)
-        found = fit(data, none, nothing, whole, rounds=ROUNDS)
-    if found is None:
-        raise DiagnosisError(
-            f"{data.model.title}: its motion runs away in every test; check stiffness, damping "
-            "and masses of the model."
-        )
-    return found
-
-
-def as_it_is(original: Model, linear: Fit) -> Fit:
-    """Return the fit that is none: the numbers of the model file, perfect sensors."""
-    none = hypothesis_of(original)
-    nothing = np.zeros(none.size)
-    found = fit(linear.data, none, nothing, linear.windows, rounds=0)
-    if found is not None:
-        return found
-    gain, delay, of_tests = perfect(linear.data)
-    rows = np.full_like(linear.rows, RUNAWAY**2)
-    return replace(
-        linear, hypothesis=none, x=nothing, gain=gain, delay=delay, of_tests=of_tests, rows=rows
     )
 
 

@@ -4,7 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from shakerproc.diagnosis.estimate import Estimate
-from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name, sharing
+from shakerproc.diagnosis.hypotheses.naming import (
+    element_names,
+    mass_name,
+    own_names,
+    sharing,
+)
+from shakerproc.diagnosis.hypotheses.own_numbers import OwnNumber, modal_numbers, with_values
 from shakerproc.diagnosis.result import Diagnosis, Finding
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Model
@@ -49,16 +55,22 @@ def model_with(model: Model, added: Sequence[Element], linear: Mapping[str, Esti
         The model's own numbers, by their names (see `naming`).
     """
     own = {name: replace(one, value=shortened(one)) for name, one in linear.items()}
-    elements = list(model.elements)
-    for (i, name), value in fitted_values(model, own).items():
-        effect = replace(elements[i].effect, **{name: value})  # type: ignore[type-var]
-        elements[i] = replace(elements[i], effect=effect)
-    masses = {
-        mass: value if found is None else _number(found)
-        for mass, value in model.masses.items()
-        for found in [own.get(mass_name(mass))]
+    values = {
+        OwnNumber(i, name): value for (i, name), value in fitted_values(model, own).items()
     }
-    return replace(model, masses=masses, elements=(*elements, *added))
+    values |= {
+        number: _number(own[name])
+        for mass in model.masses
+        for name, number in [(mass_name(mass), OwnNumber(None, mass))]
+        if name in own
+    }
+    values |= {
+        number: _number(own[name])
+        for number in modal_numbers(model)
+        for name in own_names(model, (number,))
+        if name in own
+    }
+    return with_values(model, tuple(values), tuple(values.values()), added)
 
 
 def fitted_values(

@@ -1,6 +1,6 @@
 """YAML model files in and out, comments and order kept."""
 
-from shakerproc.model_files.editing import add_element, change_parameters
+from shakerproc.model_files.editing import NewNumbers, add_element, change_parameters
 from shakerproc.model_files.effect_files import (
     EffectSource,
     effect_hashes,
@@ -19,6 +19,7 @@ from shakerproc.model_files.writing import (
 __all__ = [
     "EffectSource",
     "ModelFile",
+    "NewNumbers",
     "Provenance",
     "add_element",
     "change_parameters",

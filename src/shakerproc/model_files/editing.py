@@ -4,7 +4,6 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final, final
 
 import yaml
@@ -18,15 +17,15 @@ from shakerproc.model_files.writing import (
     mode_text,
     number,
     parameter_text,
+    structure_in_brackets,
     text_of,
 )
 from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element
+from shakerproc.models.structure import Structure
 
 Changes = Mapping[int, Mapping[str, float]]
 """New values by the number of the element in the file, from 0, and the parameter [SI]."""
-
-_NONE: Final[Changes] = {}
 
 
 @final
@@ -41,11 +40,34 @@ class _Edit:
 
 @final
 @dataclass(frozen=True, slots=True)
+class NewNumbers:
+    """Numbers that a file gives already, with other values.
+
+    Attributes
+    ----------
+    changes : mapping
+        Of elements; see `change_parameters`.
+    masses : mapping of str to float
+        Masses [kg].
+    structures : mapping of str to Structure
+        Structures that have other numbers than their files say; they then stand in this one.
+    """
+
+    changes: Changes = field(default_factory=dict)
+    masses: Mapping[str, float] = field(default_factory=dict)
+    structures: Mapping[str, Structure] = field(default_factory=dict)
+
+
+AS_THEY_ARE: Final = NewNumbers()
+"""Nothing changed."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class _Wanted:
     """Wanted content of a changed file; see `add_element`."""
 
-    changes: Changes
-    masses: Mapping[str, float] = field(default_factory=dict)
+    numbers: NewNumbers
     modes: tuple[Mode, ...] = ()
     element: Element | None = None
     provenance: Provenance | None = None
@@ -58,8 +80,7 @@ def add_element(
     out: Path,
     provenance: Provenance | None = None,
     *,
-    changes: Changes = _NONE,
-    masses: Mapping[str, float] = MappingProxyType({}),
+    numbers: NewNumbers = AS_THEY_ARE,
     modes: Sequence[Mode] = (),
     title: str | None = None,
 ) -> None:
@@ -75,10 +96,8 @@ def add_element(
         Where the new file goes, whole or not at all.
     provenance : Provenance, optional
         Written into a list at the end of the file.
-    changes : mapping
-        New values of parameters that the file gives already; see `change_parameters`.
-    masses : mapping of str to float
-        New values of masses [kg].
+    numbers : NewNumbers
+        New values of what the file gives already.
     modes : sequence of Mode
         Further modes of the specimen, after those of the file.
     title : str, optional
@@ -89,7 +108,7 @@ def add_element(
     DocumentError
         If the file is not a model, or is laid out so that it cannot be changed in place.
     """
-    _edit(path, out, _Wanted(changes, masses, tuple(modes), element, provenance, title))
+    _edit(path, out, _Wanted(numbers, tuple(modes), element, provenance, title))
 
 
 def change_parameters(path: Path, changes: Changes, out: Path) -> None:
@@ -109,17 +128,17 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
     DocumentError
         If the file is not a model, or does not hold the parameter in so many words.
     """
-    _edit(path, out, _Wanted(changes))
+    _edit(path, out, _Wanted(NewNumbers(changes)))
 
 
 def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
     """Write the changed text, once it has been read back and says what it should."""
-    before = read_model_file(path)
+    before, new = read_model_file(path), wanted.numbers
     motion = before.model.motion
     text = path.read_bytes().decode("utf-8-sig")
     root = yaml.compose(text, Loader=yaml.SafeLoader)
-    edits = _changes(before, root, wanted.changes) + _masses(before, root, wanted.masses)
-    edits += _structures(before, root, out)
+    edits = _changes(before, root, new.changes) + _masses(before, root, new.masses)
+    edits += _structures(before, root, out, new.structures)
     if wanted.title is not None:
         edits.append(_titled(text, root, wanted.title))
     if wanted.element is not None:
@@ -152,19 +171,21 @@ def _check_written(before: ModelFile, path: Path, wanted: _Wanted) -> None:
     DocumentError
         If it does not.
     """
-    known = before.model
+    known, new = before.model, wanted.numbers
     added = () if wanted.element is None else (wanted.element,)
     expected = (
-        _changed(before, wanted.changes) + added,
-        {**known.masses, **wanted.masses},
+        _changed(before, new.changes) + added,
+        {**known.masses, **new.masses},
         known.modes + wanted.modes,
+        {**known.structures, **new.structures},
     )
     try:
         model = read_model_file(path).model
     except DocumentError as error:
         broken: DocumentError = _refused(before, error.says, "elements")
         raise broken from error
-    if (model.elements, dict(model.masses), model.modes) != expected:
+    found = (model.elements, dict(model.masses), model.modes, dict(model.structures))
+    if found != expected:
         wrong: DocumentError = _refused(before, "it would not read back the same", "elements")
         raise wrong
 
@@ -218,13 +239,21 @@ def _masses(file: ModelFile, root: Any, masses: Mapping[str, float]) -> list[_Ed
     return edits
 
 
-def _structures(file: ModelFile, root: Any, out: Path) -> list[_Edit]:
-    """Return the edits by which a file in another folder names the same files of structures."""
+def _structures(
+    file: ModelFile, root: Any, out: Path, changed: Mapping[str, Structure]
+) -> list[_Edit]:
+    """Return the edits by which a file in another folder names the same files of structures.
+
+    Those that are changed stand in the file itself.
+    """
     edits: list[_Edit] = []
     there, here = file.path.parent.resolve(), out.parent.resolve()
     for name, said in file.document.value.structures.items():
-        if isinstance(said, str) and there != here:
-            node = _value(_value(root, "structures"), name)
+        node = _value(_value(root, "structures"), name)
+        if name in changed:
+            text = structure_in_brackets(changed[name], said if isinstance(said, str) else "")
+            edits.append(_Edit(node.start_mark.index, _end(node), text))
+        elif isinstance(said, str) and there != here:
             text = text_of(Path(os.path.relpath(there / said, here)).as_posix())
             edits.append(_Edit(node.start_mark.index, node.end_mark.index, text))
     return edits

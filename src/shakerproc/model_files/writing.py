@@ -126,6 +126,16 @@ def structure_lines(structure: Structure) -> list[str]:
     return [*lines, "modes:", *(f"  - {_structure_mode_text(one)}" for one in structure.modes)]
 
 
+def structure_in_brackets(structure: Structure, of: str = "") -> str:
+    """Return a structure as it stands in a model file, instead of the file `of` its modes."""
+    *before, _ = [line for line in structure_lines(structure) if not line.startswith("  - ")]
+    modes = (_structure_mode_text(one) for one in structure.modes)
+    comment = f"  # of {of}, as fitted" if of else ""
+    lines = [*(f"{line}," for line in before), "modes: ["]
+    inside = "".join(f"\n    {line}" for line in lines)
+    return f"{{{comment}{inside}" + "".join(f"\n      {mode}," for mode in modes) + "\n    ]}"
+
+
 def _structure_mode_text(mode: StructureMode) -> str:
     said = [
         f"frequency: {number(mode.frequency, 'Hz')}",

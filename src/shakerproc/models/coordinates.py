@@ -12,7 +12,6 @@ from shakerproc.models.parallel_elements import resolved
 
 if TYPE_CHECKING:
     from shakerproc.models.model import Element, Model
-    from shakerproc.models.structure import Structure
 
 BASE: Final = "base"
 
@@ -81,7 +80,7 @@ def coordinates_of(model: "Model", elements: "Iterable[Element] | None" = None) 
         *(f"attached {i + 1}" for i in range(len(attached))),
         *(f"mode {i + 1}" for i in range(len(model.modes))),
     ]
-    sizes = np.array([_size_of_coordinate(one, i) for _, one, i in modal])
+    sizes = np.concatenate([np.zeros(0), *(one.sizes for one in model.structures.values())])
     mass = np.array([
         *rigid.values(),
         *sizes**-2.0,
@@ -108,15 +107,6 @@ def coordinates_of(model: "Model", elements: "Iterable[Element] | None" = None) 
     elif model.excitation.kind == "force":
         load = places[str(model.excitation.on)].copy()
     return Coordinates(tuple(names), mass, matrices[0], matrices[1], load, places)
-
-
-def _size_of_coordinate(structure: "Structure", mode: int) -> float:
-    """Return the coordinate of a mode by its modal displacement [1/sqrt(kg)].
-
-    So many times the largest displacement of a point as there are modes: a length, as the
-    coordinates of masses are, and no point moves further than the largest of them.
-    """
-    return float(np.max(np.abs(structure.shapes[:, mode])) * len(structure.carried))
 
 
 def _places(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import Final, final
 
@@ -65,7 +66,7 @@ class StructureMode:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Structure:
     """An elastic body that moves in its modes, seen at some points.
 
@@ -121,7 +122,7 @@ class Structure:
         """Let a structure travel to another process (a mapping proxy cannot)."""
         return Structure, (self.points, self.modes, self.direction, dict(self.residual))
 
-    @property
+    @cached_property
     def carried(self) -> tuple[StructureMode, ...]:
         r"""The modes, and one for each residual flexibility, far above them.
 
@@ -147,10 +148,20 @@ class Structure:
             for point in self.residual
         )
 
-    @property
+    @cached_property
     def shapes(self) -> FloatArray:
         """Mass-normalised shapes of what is carried, (n_points, n) array [1/sqrt(kg)]."""
         return np.array([mode.shape for mode in self.carried], float).T
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """Coordinates of what is carried by modal displacements, (n,) array [1/sqrt(kg)].
+
+        So many times the largest displacement of a point as there are modes: a length, as the
+        coordinates of masses are, and no point moves further than the largest of them.
+        """
+        found: FloatArray = np.max(np.abs(self.shapes), axis=0) * len(self.carried)
+        return found
 
     @property
     def of_fixed_base(self) -> bool:
@@ -187,7 +198,7 @@ class Structure:
                 + (advice if near else " Check how the shapes are normalised")
             )
 
-    @property
+    @cached_property
     def participations(self) -> FloatArray:
         r"""Participation of what is carried in a base acceleration, (n,) array [sqrt(kg)].
 

@@ -53,16 +53,46 @@ class Held:
     sees: FloatArray
     lead: int | None = None
 
-    def nudges(self, test: int, sample_rate: float) -> Nudges:
-        """Return the nudges of a test that has so many samples per second [Hz]."""
+    def nudges(self, test: int, sample_rate: float, mass: FloatArray) -> Nudges:
+        """Return the nudges of a test that has so many samples per second [Hz].
+
+        Parameters
+        ----------
+        test : int
+            Which.
+        sample_rate : float
+            Samples per second [Hz].
+        mass : (n,) array
+            Of what moves [kg].
+        """
         share = -np.expm1(-self.rate / sample_rate)
         return Nudges(
             np.ascontiguousarray(self.measured[test].T),
             np.ascontiguousarray(self.sees),
-            np.ascontiguousarray(share * np.linalg.pinv(self.sees, rcond=TOLD_APART)),
+            np.ascontiguousarray(share * led_by(self.sees, mass)),
             len(self.measured[test][0]) if self.lead is None else self.lead,
             np.zeros(len(self.sees)),
         )
+
+
+def led_by(sees: FloatArray, mass: FloatArray) -> FloatArray:
+    r"""Return the motion of least kinetic energy that sensors see, (2 n, m) array.
+
+    .. math:: L = M^{-1/2} (S M^{-1/2})^+
+
+    A correction along it takes energy out of an error and puts none in: :math:`M L S` is
+    symmetric and nowhere negative, as the matrix of a dashpot is.
+
+    Parameters
+    ----------
+    sees : (m, 2 n) array
+        Displacements and velocities that sensors see, :math:`S` [-].
+    mass : (n,) array
+        Of what moves, :math:`M` [kg].
+    """
+    root = np.sqrt(np.concatenate([mass, mass]))
+    found: FloatArray = np.linalg.pinv(sees / root, rcond=TOLD_APART) / root[:, None]
+    return found
 
 
 @final
@@ -181,7 +211,11 @@ def free_runs(
             impose(starts, model, system, given, first)
             rows = np.minimum(count + means, given.n_samples - first)
             placed = Placed(first, count, offsets[members], rows)
-            nudges = None if held is None else held.nudges(test, given.sample_rate)
+            nudges = (
+                None
+                if held is None
+                else held.nudges(test, given.sample_rate, system.machine.mass)
+            )
             failed[members] = walk.fill(
                 given, placed, starts, flat, means=means, nudges=nudges, nudged=nudged
             )

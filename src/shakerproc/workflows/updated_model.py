@@ -12,6 +12,7 @@ from shakerproc.diagnosis.adding import add as add_effect
 from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.model_files import (
+    NewNumbers,
     Provenance,
     add_element,
     model_text,
@@ -149,8 +150,11 @@ class UpdatedModel(Shown):
             self.added.element,
             out,
             self._provenance(),
-            changes=_changes(known, new),
-            masses={n: m for n, m in new.masses.items() if m != known.masses[n]},
+            numbers=NewNumbers(
+                _changes(known, new),
+                {n: m for n, m in new.masses.items() if m != known.masses[n]},
+                {n: s for n, s in new.structures.items() if s != known.structures[n]},
+            ),
             modes=self.added.modes if switch_of("modes", modes) else (),
             title=self.title,
         )

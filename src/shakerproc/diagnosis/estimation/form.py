@@ -20,6 +20,7 @@ from shakerproc.diagnosis.estimation.windows import (
     whole_tests,
     windows_of,
 )
+from shakerproc.diagnosis.nudged.pieces import pieces
 
 HORIZONS: Final = (5.0, HORIZON, 50.0)
 """Horizons in periods of the joint's motion (see `DataSet.unit_s`), beside the whole test."""
@@ -137,8 +138,11 @@ def forms_of(data: DataSet) -> list[Form]:
     """Return windows of every horizon, and whole tests or parts of them.
 
     Whole tests where they begin at rest; else what is fitted to, and what was held out, each
-    stretch with a start of its own, and at last whole tests, each with one start.
+    stretch with a start of its own, and at last whole tests, each with one start. Of structures
+    the longest alone.
     """
+    if data.model.structures:
+        return [_of_structures(data)]
     rate = data.tests[0].sample_rate
     found = []
     for periods in HORIZONS:
@@ -165,6 +169,19 @@ def forms_of(data: DataSet) -> list[Form]:
         if shortest_s > longest_s:
             found.append(Form(shortest_s, fitted, scored, held_out))
     return found
+
+
+def _of_structures(data: DataSet) -> Form:
+    """Return whole tests, or their parts: held at first, until the start is forgotten.
+
+    A start of every mode has more numbers than sensors tell.
+    """
+    if all(test.at_rest for test in data.tests):
+        whole = whole_tests(data, held_out=False)
+        return Form(None, whole, whole, whole_tests(data, held_out=True))
+    fitted, held_out = (pieces(data, 0.0, 1.0, held_out=kept) for kept in (False, True))
+    sizes = [int(mask.sum()) for mask in (*fitted.counted, *held_out.counted)]
+    return Form(min(sizes, default=0) / data.tests[0].sample_rate, fitted, fitted, held_out)
 
 
 def _run_in(data: DataSet, length_s: float) -> int:

@@ -9,8 +9,8 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.uncertain import Number, known_together
-from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Addition
-from shakerproc.diagnosis.hypotheses.naming import element_names, mass_name
+from shakerproc.diagnosis.hypotheses.hypothesis import Addition
+from shakerproc.diagnosis.hypotheses.naming import own_names
 
 DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""
@@ -94,14 +94,11 @@ def _unexercised(
 def far_numbers(fit: Fit) -> dict[str, tuple[float, Estimate]]:
     """Return the own numbers that are not the model's any more: how many times, and the value.
 
-    See `FARTHEST`.
+    See `Hypothesis.far`.
     """
-    ratios = np.exp(fit.x[: len(fit.hypothesis.own)])
-    return {
-        name: (float(ratio), value)
-        for (name, value), ratio in zip(linear_estimates(fit).items(), ratios, strict=True)
-        if abs(np.log(ratio)) > np.log(FARTHEST)
-    }
+    ratios, far = np.exp(fit.x[: len(fit.hypothesis.own)]), fit.hypothesis.far(fit.x)
+    rows = zip(linear_estimates(fit).items(), ratios, far, strict=True)
+    return {name: (float(ratio), value) for (name, value), ratio, is_far in rows if is_far}
 
 
 def numbers_off(fit: Fit) -> dict[str, tuple[float, Estimate]]:
@@ -133,14 +130,8 @@ def linear_estimates(fit: Fit) -> dict[str, Estimate]:
 def _own_numbers(fit: Fit) -> dict[str, Number]:
     """Return the model's own numbers, by kind and joint, and their own coordinates."""
     hypothesis, out = fit.hypothesis, {}
-    names = element_names(hypothesis.model.elements)
-    for i, number in enumerate(hypothesis.own):
+    names = own_names(hypothesis.model, hypothesis.own)
+    for i, (name, number) in enumerate(zip(names, hypothesis.own, strict=True)):
         value = number.value(hypothesis.model) * number.sign * float(np.exp(fit.x[i]))
-        if number.element is None:
-            name, unit = mass_name(number.name), "kg"
-        else:
-            element = hypothesis.model.elements[number.element]
-            unit = element.effect.parameters[number.name].unit
-            name = names[number.element, number.name]
-        out[name] = Number(value, np.eye(fit.x.size)[i], unit)
+        out[name] = Number(value, np.eye(fit.x.size)[i], number.unit(hypothesis.model))
     return out

@@ -8,7 +8,7 @@ References
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final, final
+from typing import final
 
 import numpy as np
 
@@ -21,20 +21,11 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.spread import Spread
+from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
-from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
-from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
+from shakerproc.diagnosis.estimation.window_starts import with_best_starts
+from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
-
-SETTLED: Final = 0.1
-"""Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
-then moves by less than a third of its standard error [-]."""
-
-TRIALS: Final = 6
-"""Steps that are tried from one point, each damped ten times more [-]."""
-
-LEAST_DAMPING: Final = 1e-9
-"""Least damping over the diagonal: next to the rounding of the equations [-]."""
 
 
 @final
@@ -116,9 +107,8 @@ class Fit:
 
     @property
     def is_far(self) -> bool:
-        """Whether a number of the model is not its own any more (see `FARTHEST`)."""
-        own = self.x[: len(self.hypothesis.own)]
-        return bool(np.any(np.abs(own) > np.log(FARTHEST)))
+        """Whether a number of the model is not its own any more (see `Hypothesis.far`)."""
+        return bool(np.any(self.hypothesis.far(self.x)))
 
     @property
     def covariance(self) -> FloatArray:
@@ -212,11 +202,13 @@ def _sought(
     steps = np.broadcast_to(step, here.x.shape)
     for _ in range(rounds):
         slopes = linearisation.linearise(here, (residual, predicted, cost), steps=steps)
-        better = _better(NormalEquations(linearisation, here, slopes), cost, damping)
+        there = better(NormalEquations(linearisation, here, slopes), cost, damping)
         fallen, change = 0.0, np.zeros_like(here.x)
-        if better is not None:
-            change = np.abs(better[0].x - here.x)
-            here, (residual, predicted, reached), damping = better
+        if there is not None:
+            if linearisation.data.model.structures:
+                there = by_chords(linearisation, slopes, there)
+            change = np.abs(there[0].x - here.x)
+            here, (residual, predicted, reached), damping = there
             fallen = cost - reached
             linearisation.correlation = correlation_of(residual)
             cost = linearisation.cost(residual, here)
@@ -272,20 +264,3 @@ def perfect(data: DataSet) -> Channels:
     """Return what sensors do that record what they should, in tests that are all alike."""
     n = data.n_sensors
     return np.ones(n), np.zeros(n), np.zeros_like(spreads_of(data))
-
-
-def _better(
-    equations: NormalEquations, cost: float, damping: float
-) -> tuple[Point, State, float] | None:
-    """Return where a step leads that gains, its state, and the next damping; None if none."""
-    for _ in range(TRIALS):
-        there, fall = equations.taken(damping)
-        tried = equations.linearisation.residual(there)
-        if tried is not None and tried[2] >= cost and equations.at.starts is not None:
-            there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
-        if tried is not None and tried[2] < cost:
-            return there, tried, max(damping / 10.0, LEAST_DAMPING)
-        if fall < SETTLED:
-            break
-        damping *= 10.0
-    return None

@@ -9,7 +9,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.controls import CONTRAST, contrasts
-from shakerproc.models import Element, Mode, Model
+from shakerproc.diagnosis.hypotheses.naming import own_names
+from shakerproc.diagnosis.hypotheses.own_numbers import OwnNumber, modal_numbers, with_values
+from shakerproc.models import Mode, Model
 from shakerproc.models.laws import Law
 
 PRIORS: Final[Mapping[str, float]] = MappingProxyType({
@@ -100,7 +102,7 @@ class LinearParameters:
         self.own = _own_numbers(model)
         self.contrasts = contrasts(n_controls)
         self.coordinates = (
-            *(self._own(i, name) for i, name in self.own),
+            *(self._own(number) for number in self.own),
             *(Coordinate(f"gain of {s}", "1", GAIN, 1e-5) for s in model.sensors),
             *(Coordinate(f"delay of {s}", "s", SKEW, 1e-8) for s in model.sensors),
             *(
@@ -118,13 +120,17 @@ class LinearParameters:
             ),
         )
 
-    def _own(self, index: int, name: str) -> Coordinate:
-        element = self.model.elements[index]
-        unit = element.effect.parameters[name].unit
+    def _own(self, number: OwnNumber) -> Coordinate:
+        model, unit = self.model, number.unit(self.model)
+        # what holds a structure is the least known of it, its modes are the best
+        spread = number.spread if model.structures else PRIORS[unit]
+        if number.element is None:
+            (name,) = own_names(model, (number,))
+            return Coordinate(name, unit, spread, 1e-5)
+        element = model.elements[number.element]
         between = " and ".join(element.between)
-        return Coordinate(
-            f"{name} of the {element.effect.kind} between {between}", unit, PRIORS[unit], 1e-5
-        )
+        name = f"{number.name} of the {element.effect.kind} between {between}"
+        return Coordinate(name, unit, spread, 1e-5)
 
     @property
     def spreads(self) -> FloatArray:
@@ -133,13 +139,12 @@ class LinearParameters:
 
     def model_at(self, values: FloatArray) -> Model:
         """Return the model with its own numbers and further modes."""
-        elements = list(self.model.elements)
-        for (i, name), x in zip(self.own, values, strict=False):
-            changed = getattr(elements[i].effect, name) * float(np.exp(x))
-            effect = replace(elements[i].effect, **{name: changed})  # type: ignore[type-var]
-            elements[i] = Element(effect, elements[i].between)
-        modes = (*self.model.modes, *self._modes(values))
-        return replace(self.model, elements=tuple(elements), modes=modes)
+        factors = np.exp(values[: len(self.own)])
+        own = [n.value(self.model) * x for n, x in zip(self.own, factors, strict=True)]
+        found = with_values(self.model, self.own, own)
+        return (
+            replace(found, modes=(*found.modes, *self._modes(values))) if self.places else found
+        )
 
     def heaviest(self, values: FloatArray) -> float:
         """Return the largest mass of the modes of one place over what is left of it [-]."""
@@ -192,8 +197,8 @@ class LinearParameters:
         return LinearParameters(self.model, self.n_controls, (*self.places, (place, frequency)))
 
 
-def _own_numbers(model: Model) -> list[tuple[int, str]]:
-    """Return element and name of every number of the springs and dampers that is not 0."""
+def _own_numbers(model: Model) -> list[OwnNumber]:
+    """Return every number of the springs, the dampers and the modes that is not 0."""
     found = []
     for i, element in enumerate(model.elements):
         try:
@@ -205,5 +210,5 @@ def _own_numbers(model: Model) -> list[tuple[int, str]]:
         for name, parameter in element.effect.parameters.items():
             value = getattr(element.effect, name)
             if value is not None and value != 0.0 and parameter.unit in PRIORS:
-                found.append((i, name))
-    return found
+                found.append(OwnNumber(i, name))
+    return [*found, *modal_numbers(model)]

@@ -31,8 +31,7 @@ STEP: Final = 3e-4
 
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
-force jumps, the slopes of a small change are spikes at the samples next to the jumps, which a
-step of the search passes by far [-]."""
+force jumps, those of a small change are spikes beside it, which a step passes by far [-]."""
 
 AS_IT_IS: Final = 1e-6
 """The same of the first sensor where masses are free: with all other numbers these take any
@@ -115,8 +114,9 @@ class Linearisation:
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
-        model, rest = self.hypothesis.model_at(x), self.windows.from_rest
-        starts = None if rest else completed(self.data, model, self.windows.table)
+        starts = None
+        if not self.windows.from_rest:
+            starts = completed(self.data, self.hypothesis.model_at(x), self.windows.table)
         return self.point_with(x, channels, starts)
 
     def point_with(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:

@@ -5,8 +5,15 @@ from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.hypotheses.own_numbers import (
+    OWN_SPREAD,
+    OwnNumber,
+    modal_numbers,
+    with_values,
+)
 from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import EFFECTS, AbstractEffect
@@ -15,43 +22,15 @@ from shakerproc.models.parallel_elements import resolved
 
 Coordinates = Mapping[str, float | str]
 
-OWN_SPREAD: Final = 1.0
-"""Standard deviation of the logarithm of a number of the model file: known to a factor of e.
-The weakest prior that still holds a number of which the tests say nothing [-]."""
-
 FARTHEST: Final = float(np.exp(3.0 * OWN_SPREAD))
 """Factor beyond which a number is not that of the model file any more, three standard
 deviations: a unit is wrong, or it imitates something, as damping a joint that holds [-]."""
 
+FAR: Final = 3.0
+"""The same in standard deviations of what is known of a number beforehand [-]."""
+
 OWN_REACH: Final = 7.0
 """Largest change of that logarithm: a factor of 1000 [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class OwnNumber:
-    """A number of the model file that is free.
-
-    Attributes
-    ----------
-    element : int or None
-        Index among the elements of the model; None for a mass.
-    name : str
-        Parameter of its effect, or the name of the mass.
-    sign : float
-        -1 where the hypothesis has it of the other sign than the file: the stiffness between
-        two places to rest; else 1.
-    """
-
-    element: int | None
-    name: str
-    sign: float = 1.0
-
-    def value(self, model: Model) -> float:
-        """Return the number in a model [SI]."""
-        if self.element is None:
-            return float(model.masses[self.name])
-        return float(getattr(model.elements[self.element].effect, self.name))
 
 
 @final
@@ -177,7 +156,7 @@ class Hypothesis:
     @property
     def frees_masses(self) -> bool:
         """Whether masses are free, as where a force drives the model."""
-        return any(number.element is None for number in self.own)
+        return any(number.is_mass for number in self.own)
 
     def model_at(self, x: FloatArray) -> Model:
         """Return the model with these numbers, and those that follow from its surroundings.
@@ -188,21 +167,16 @@ class Hypothesis:
             If no model can have them.
         """
         own, *added = self.parts(x)
-        elements, masses = list(self.model.elements), dict(self.model.masses)
+        values = [
+            number.value(self.model) * number.sign * factor
+            for number, factor in zip(self.own, np.exp(own), strict=True)
+        ]
         try:
-            for number, factor in zip(self.own, np.exp(own), strict=True):
-                if number.element is None:
-                    masses[number.name] *= float(factor)
-                    continue
-                element = elements[number.element]
-                value = float(getattr(element.effect, number.name) * number.sign * factor)
-                effect = replace(element.effect, **{number.name: value})  # type: ignore[type-var]
-                elements[number.element] = replace(element, effect=effect)
-            elements += [one.element(part) for one, part in zip(self.added, added, strict=True)]
-            found = replace(self.model, masses=masses, elements=tuple(elements))
-            known = tuple(resolved(found))
-            same = all(one is other for one, other in zip(known, found.elements, strict=True))
-            return found if same else replace(found, elements=known)
+            more = [one.element(part) for one, part in zip(self.added, added, strict=True)]
+            found = with_values(self.model, self.own, values, more)
+            elements = resolved(found)
+            alike = all(a is b for a, b in zip(elements, found.elements, strict=True))
+            return found if alike else replace(found, elements=elements)
         except ValueError as error:
             raise ModelError(f"{self.model.title}: {error}") from error
 
@@ -216,7 +190,12 @@ class Hypothesis:
     def prior_spread(self) -> FloatArray:
         """Return the standard deviations of x known beforehand; infinite for effects."""
         free = np.full(self.size - len(self.own), np.inf)
-        return np.concatenate([np.full(len(self.own), OWN_SPREAD), free])
+        return np.concatenate([[number.spread for number in self.own], free])
+
+    def far(self, x: FloatArray) -> NDArray[np.bool_]:
+        """Return which of the model's own numbers are not its own any more, by x [-]."""
+        own = len(self.own)
+        return np.asarray(np.abs(x[:own]) > FAR * self.prior_spread()[:own])
 
     def with_added(self, one: Addition) -> "Hypothesis":
         """Return the hypothesis with one more effect, whose coordinates come last in x."""
@@ -237,7 +216,7 @@ def hypothesis_of(model: Model) -> Hypothesis:
     ]
     if model.excitation.kind == "force":
         own += [OwnNumber(None, name) for name in model.masses]
-    return Hypothesis(model, tuple(own))
+    return Hypothesis(model, (*own, *modal_numbers(model)))
 
 
 def _is_free(value: object) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from shakerproc.diagnosis.hypotheses.own_numbers import OwnNumber
 from shakerproc.models import Element, Model
 
 
@@ -20,6 +21,24 @@ def element_names(elements: Sequence[Element]) -> dict[tuple[int, str], str]:
             wanted = (f"{name} {place}", f"{kind} {place}", f"{kind}.{i + 1} {place}")
             found[i, name] = next(text for text in wanted if text not in found.values())
     return found
+
+
+def own_names(model: Model, numbers: Sequence[OwnNumber]) -> list[str]:
+    """Return what free numbers of a model are called."""
+    elements = element_names(model.elements)
+    return [
+        mode_name(number.name, *number.mode)
+        if number.mode is not None
+        else mass_name(number.name)
+        if number.element is None
+        else elements[number.element, number.name]
+        for number in numbers
+    ]
+
+
+def mode_name(what: str, structure: str, index: int) -> str:
+    """Return what frequency or damping of a mode of a structure is called."""
+    return f"{what} {structure}, mode {index + 1}"
 
 
 def mass_name(mass: str) -> str:

@@ -17,6 +17,10 @@ JUDGED: Final = 0.03
 """Rate over that angular frequency from which on a larger error ends a race: over less than
 five periods everything looks linear [-]."""
 
+LAST: Final = 0.03
+"""The last of these rates of a structure whose tests begin at rest: its modes forget as soon by
+their own damping, 1 % and more on feet, and whole tests come next [-]."""
+
 FEWEST: Final = 4
 """Pieces at least that are fitted to at a rate [-]."""
 
@@ -49,12 +53,14 @@ ROUNDS: Final = 3
 
 
 def ladder_of(data: DataSet) -> tuple[Rung, ...]:
-    """Return the rungs of a data set, as far down as its tests are long enough."""
+    """Return the rungs of a data set, as far down as its tests are long enough and need it."""
     rungs: list[Rung] = []
-    for share, part in RATES:
+    last = LAST if data.model.structures and all(t.at_rest for t in data.tests) else 0.0
+    for share, part in (one for one in RATES if one[0] >= last):
         rate = share * 2.0 * np.pi * data.frequency
         windows = pieces(data, rate, part, held_out=False)
         if rungs and len(windows) < min(FEWEST, len(rungs[0].windows)):
             break
-        rungs.append(Rung(rate, windows, ROUNDS, share <= JUDGED))
+        rounds = ROUNDS - bool(data.model.structures)  # which go on along the same slopes
+        rungs.append(Rung(rate, windows, rounds, share <= JUDGED))
     return tuple(rungs)

@@ -1,6 +1,5 @@
 """What sensors tell of the motion of a model: what nudged runs are held to, and begin with."""
 
-from collections.abc import Mapping
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -10,23 +9,11 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.resting_places import resting_places
-from shakerproc.models import BASE, Model
+from shakerproc.diagnosis.nudged.observing import Seen, seen_by, seen_of
+from shakerproc.models import Model
 from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation import Held, largest_states
 from shakerproc.simulation.assembly import System, assemble
-
-Seen = tuple[tuple[str, bool], ...]
-"""Places whose motion is measured, and whether where they are is, too."""
-
-
-def seen_of(model: Model) -> Seen:
-    """Return which places sensors tell the velocity of, and of which the displacement."""
-    placed: dict[str, bool] = {}
-    for sensor in model.sensors.values():
-        if sensor.at != BASE and sensor.measures != "force":
-            place = sensor.measures.endswith("displacement")
-            placed[sensor.at] = placed.get(sensor.at, False) or place
-    return tuple((at, placed[at]) for at in model.moving if at in placed)
 
 
 def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
@@ -35,17 +22,9 @@ def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
         return None
     places = assemble(model).places
     return Held(
-        windows.rate, _measured(data, seen_of(model)), _sees(seen_of(model), places),
+        windows.rate, _measured(data, seen_of(model)), seen_by(seen_of(model), places),
         windows.lead,
     )  # fmt: skip
-
-
-def _sees(seen: Seen, places: Mapping[str, FloatArray]) -> FloatArray:
-    """Return the outputs of sensors by unit displacements, then unit velocities."""
-    still = np.zeros_like(next(iter(places.values())))
-    velocities = [np.concatenate([still, places[at]]) for at, _ in seen]
-    displacements = [np.concatenate([places[at], still]) for at, placed in seen if placed]
-    return np.reshape([*velocities, *displacements], (-1, 2 * still.size))
 
 
 _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionary()
@@ -54,7 +33,7 @@ _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionar
 def _measured(data: DataSet, seen: Seen) -> tuple[FloatArray, ...]:
     if data not in _MEASURED:
         n, alone = data.model.n_coordinates, coordinates_of(data.model, ())
-        sees = _sees(seen, {at: alone.at(at)[:n] for at in data.model.moving})
+        sees = seen_by(seen, {at: alone.at(at)[:n] for at in data.model.moving})
         _MEASURED[data] = tuple(sees @ motion for motion in data.motions)
     return _MEASURED[data]
 

@@ -7,9 +7,11 @@ import numpy as np
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.nudged.observing import slowest_decay
 
 FORGOTTEN: Final = 3.0
-"""Times one over the rate after which a start is forgotten: to e^-3 = 5 % [-]."""
+"""Decay of the energy of an error, as a logarithm, after which a start is forgotten: to e^-3 =
+5 %. Of a mass with a sensor that is one over the rate, times this [-]."""
 
 PERIODS: Final = 2.0
 """Periods of the joint's motion that the place of a joint takes to find itself [-]."""
@@ -34,7 +36,9 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
         Whether to take what is held out, or what is fitted to.
     """
     held_at = rate or 2.0 * np.pi * data.frequency
-    lead_s = max(FORGOTTEN / held_at, PERIODS / data.frequency)
+    lead_s = max(
+        FORGOTTEN / (2.0 * slowest_decay(data.model, held_at)), PERIODS / data.frequency
+    )
     lead = TAPS + round(lead_s * data.tests[0].sample_rate)
     table, counted = [], []
     for i, (test, runs) in enumerate(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
@@ -39,6 +39,11 @@ APART: Final = 0.2
 
 FIRST: Final = 2
 """Steps of the first fit of each law: what it is worth shows by then [-]."""
+
+
+Enter: TypeAlias = Callable[
+    [Fit, Known, Callable[[str], None]], tuple[dict[Group, Fit], dict[str, str]]
+]
 
 
 @final
@@ -81,6 +86,9 @@ def race(
     known: Known,
     ladder: Sequence[Rung],
     say: Callable[[str], None],
+    *,
+    enter: "Enter | None" = None,
+    most: int | None = None,
 ) -> Raced:
     """Return what is left of effects on top of a fit as the nudging rate falls.
 
@@ -94,15 +102,19 @@ def race(
         The rates.
     say : callable
         Called with what is being tried.
+    enter : callable, optional
+        Returns the best fit of every effect at the first rate, and why others failed.
+    most : int, optional
+        So many go on from a rate to the next at most, beside the best in every joint.
     """
     first = _again(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED))) or on
-    entered, failed = _entered(first, known, say)
+    entered, failed = (enter or _entered)(first, known, say)
     base, fits = _as_recorded(first, list(entered.values()))
     left = {_group(one): one for one in fits}
     least = np.inf
     for rung in ladder:
         say(f"held at {numeral(rung.rate)} per s")
-        going = _going_on(base, fits, known)
+        going = _chosen(_going_on(base, fits, known), most)
         beside, there = _again(base, rung), [_again(one, rung) for one in going]
         now = [one for one in there if one is not None]
         if beside is None or _lost([base, *fits], [beside, *now]):
@@ -172,6 +184,15 @@ def _going_on(base: Fit, fits: Sequence[Fit], known: Known) -> list[Fit]:
     scores = [s for s in (as_fitted(one.data, one) for one in fits) if s is not None]
     own = as_fitted(base.data, base)
     return worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
+
+
+def _chosen(fits: Sequence[Fit], most: int | None) -> list[Fit]:
+    """Return the best fits, so many at most, and the best in every joint."""
+    order = sorted(fits, key=lambda one: one.level)
+    if most is None:
+        return list(fits)
+    first = {one.hypothesis.added[-1].between: one for one in reversed(order)}
+    return [one for one in order if one in order[:most] or one in first.values()]
 
 
 def _entered(

@@ -43,6 +43,7 @@ from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.selection.told_errors import errors_among, errors_told
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
+from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
@@ -75,7 +76,7 @@ def judged(
     apart = _doubts(found, chosen, after)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
-    alike, (faults, open_ones, at_fault) = _indistinguishable(standing), _faults(found, chosen)
+    alike, (faults, open_ones, at_fault) = indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
@@ -98,7 +99,7 @@ def judged(
         unclosed = unexercised(found, clearances)
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
-    asked, told = _asked_next(found, chosen, verdict)
+    asked, told = _asked_next(found, chosen, standing, verdict)
     scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -120,7 +121,7 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        confidence=probability_of(scores) if drawn and complete else None,
+        confidence=shared(probability_of(scores), standing) if drawn and complete else None,
         scores=scores,
         seed=seed,
     )
@@ -177,14 +178,6 @@ def _effects(fit: Fit) -> list[Finding]:
         Finding(one.kind, one.between, estimates(fit, i))
         for i, one in enumerate(fit.hypothesis.added)
     ]
-
-
-def _indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
-    """Return the kinds that predict as well as the chosen one and are no richer."""
-    tied = as_good(standing)
-    own = standing[0].fit.hypothesis.kinds if standing else ()
-    kinds = (kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own)
-    return tuple(dict.fromkeys(kinds))
 
 
 def _joint(found: Found, chosen: Score) -> Joint:
@@ -280,15 +273,18 @@ def _own_note(found: Found, chosen: Score) -> str:
     return wording.own_note(weights_of(data, of_tests), drift_of(data, of_tests), left)
 
 
-def _asked_next(found: Found, stands: Score, verdict: str) -> tuple[tuple[str, ...], list[str]]:
-    """Return the kinds to add next, and the notes on what is left."""
+def _asked_next(
+    found: Found, stands: Score, standing: Sequence[Score], verdict: str
+) -> tuple[tuple[str, ...], list[str]]:
+    """Return the kinds to add next, and the notes on joints and on what is left."""
+    elsewhere = joint_notes(found, standing)
     if verdict in {"cannot tell", "measurement fault"}:
-        return (), []
+        return (), elsewhere
     if verdict == "outside library" and stands.fit.hypothesis.added:
-        return stands.fit.hypothesis.kinds, []
+        return stands.fit.hypothesis.kinds, elsewhere
     more = further(found, stands)
     if more is None:
-        return (), []
+        return (), elsewhere
     kinds = tuple(kind for kind, _ in more.fit.hypothesis.names - stands.fit.hypothesis.names)
     left = found.left_by(stands), found.left_by(more)
-    return kinds, [wording.further_note(kinds, *left)]
+    return kinds, [*elsewhere, wording.further_note(kinds, *left)]

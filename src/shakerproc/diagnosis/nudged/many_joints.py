@@ -1,0 +1,125 @@
+"""The race where an effect may sit in one of many joints, and a model has many numbers."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.hypotheses.hypothesis import Addition
+from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.nudged.base import Base, Moved
+from shakerproc.diagnosis.nudged.starts import Group, Tried, beyond, own_starts
+
+FOLLOWED: Final = 8
+"""Laws in joints that are followed by steps, of those whose starts leave least, beside the best
+in every joint [-]."""
+
+STEPPED: Final = 2
+"""Starts of each that are followed [-]."""
+
+STEPS: Final = 3
+"""Steps that follow: what a law is worth shows by then [-]."""
+
+OWN_STARTS: Final = 2
+"""Numbers of a law that contains others up to which it has starts of its own; one of more
+begins where those have ended [-]."""
+
+LEVELS: Final = 6
+"""Starts of a law that differ in more than the size of its force: grids of the library cover
+two decades by more [-]."""
+
+DECADE: Final = 10.0
+"""Ratio of forces from which on they are two starts: between them the least squares of the
+force find the size (see `Base`) [-]."""
+
+
+def entered(
+    on: Fit, known: Known, say: Callable[[str], None]
+) -> tuple[dict[Group, Fit], dict[str, str]]:
+    """Return effects in every joint at the first rate, and why others failed.
+
+    Starts of all are compared; those that leave least are followed, and laws that contain these
+    begin where they ended. The slopes by the model's own numbers are those without any effect,
+    so that a law takes as few runs in a structure of many modes as in one mass.
+    """
+    base = Base(on, on.windows)
+    failed: dict[str, str] = {}
+    begun: dict[Group, list[Moved]] = {}
+    every = own_starts(on, known)
+    for group, starts in every.items():
+        law = known[group[1]][group[0]]
+        if law.contains and len(law.free) > OWN_STARTS:
+            continue
+        say(f"{group[0]} between {' and '.join(group[1])}")
+        tried = [one for one in starts if np.array_equal(one[1][: on.x.size], on.x)]
+        best = base.best(_thinned(tried))
+        if best:
+            begun[group] = best
+        else:
+            failed[" ".join((group[0], *group[2]))] = "its motion runs away"
+    found: dict[Group, Fit] = {}
+    for group in _promising(begun):
+        _follow(base, found, group, begun[group])
+    for group in every:
+        if group not in begun and (starts := beyond(group, known, found)):
+            say(f"{group[0]} between {' and '.join(group[1])}")
+            _follow(base, found, group, base.best(starts))
+    return found, failed
+
+
+def _promising(begun: dict[Group, list[Moved]]) -> list[Group]:
+    """Return laws in joints whose starts leave least, the best in every joint among them."""
+    order = sorted(begun, key=lambda group: begun[group][0][0])
+    first = {group[1]: group for group in reversed(order)}
+    return list(dict.fromkeys([*order[:FOLLOWED], *first.values()]))
+
+
+def _follow(base: Base, found: dict[Group, Fit], group: Group, starts: Sequence[Moved]) -> None:
+    """Add where steps from the best starts of a law in a joint lead."""
+    ends = [base.stepped(own, x, STEPS) for _, own, x in starts[:STEPPED]]
+    best = min((one for one in ends if one is not None), key=_level, default=None)
+    if best is None:
+        return
+    on = base.fit
+    here = fit(on.data, best[1], best[2], on.windows, rounds=0, channels=on.channels)
+    if here is not None:
+        found[group] = here
+
+
+def _level(moved: Moved) -> float:
+    return moved[0]
+
+
+def _thinned(starts: Sequence[Tried]) -> list[Tried]:
+    """Return some starts of one law: of those that differ in the size of its force a few.
+
+    And of the others as many as cover what they span.
+    """
+    each: dict[tuple[float, ...], list[tuple[float, Tried]]] = {}
+    for hypothesis, x in starts:
+        shape, size = _shape_and_size(hypothesis.added[-1], x)
+        each.setdefault(shape, []).append((size, (hypothesis, x)))
+    shapes = sorted(each)
+    which = np.unique(np.linspace(0, len(shapes) - 1, min(LEVELS, len(shapes))).round())
+    return [one for i in which for one in _decades(each[shapes[int(i)]])]
+
+
+def _decades(sized: Sequence[tuple[float, Tried]]) -> list[Tried]:
+    """Return starts of one shape, no two within a decade, from the middle on."""
+    middle_first = sorted(range(len(sized)), key=lambda i: abs(i - len(sized) // 2))
+    kept: list[tuple[float, Tried]] = []
+    for i in middle_first:
+        if all(not 1.0 / DECADE < sized[i][0] / size < DECADE for size, _ in kept):
+            kept.append(sized[i])
+    return [one for _, one in kept]
+
+
+def _shape_and_size(added: Addition, x: FloatArray) -> tuple[tuple[float, ...], float]:
+    """Return what of a law is not the size of its force, and that size [its unit]."""
+    values = added.values(x[-len(added.names) :])
+    sizes = [float(values.pop(name)) for name in added.identification.scaled]
+    size = sizes[0] if sizes else 1.0
+    shape = (*values.values(), *(other / size for other in sizes[1:]))
+    return tuple(float(f"{value:.6g}") for value in shape), size
