@@ -235,12 +235,12 @@ def _distinct(functions: Sequence[Function], run: str) -> dict[tuple[str, str], 
     Raises
     ------
     RecordingError
-        If two are between the same.
+        If two are between the same and differ.
     """
     found: dict[tuple[str, str], Function] = {}
     for one in functions:
         other = found.setdefault((one.response, one.input), one)
-        if other is not one:
+        if other is not one and not np.array_equal(other.values, one.values):
             raise RecordingError(
                 f"{run}: {other.where} and {one.where} are both of {one.response} to "
                 f"{one.input}. Export each function once, with its node and direction."

@@ -66,18 +66,20 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
         nodes = dict(_nodes(content, found, system.length))
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
-    functions = list(_functions(records, system, run))
+    whole = [record for record in records if record.head]
+    names = _names(whole)
+    functions = list(_functions(records, names, system, run))
     places = {
         name: (nodes[node], direction)
-        for record in records
-        for name, node, direction in _seats(record)
+        for record in whole
+        for name, node, direction in _seats(record, names)
         if node in nodes and direction is not None
     }
     notes = []
     others = len(records) - len(functions)
     if others:
         notes.append(f"Not used: {others} records that are no response functions or spectra.")
-    silent = sum(not _said(record.head[8]) for record in records)
+    silent = sum(not _said(record.head[8]) for record in whole)
     if silent and functions:
         notes.append(
             f"{silent} records do not say their unit: that of their type of data is taken "
@@ -86,7 +88,9 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
     return FunctionFile(tuple(functions), places, tuple(notes))
 
 
-def _functions(records: Sequence[Record], system: _System, run: str) -> Iterator[Function]:
+def _functions(
+    records: Sequence[Record], names: frozenset[str], system: _System, run: str
+) -> Iterator[Function]:
     """Yield the records that are functions of a known kind.
 
     Raises
@@ -99,10 +103,12 @@ def _functions(records: Sequence[Record], system: _System, run: str) -> Iterator
             raise RecordingError(f"{run}: the file ends inside record {number}. {AGAIN}")
         kind = _KINDS.get(record.function)
         if kind is not None:
-            yield _function(record, kind, number, system, run)
+            yield _function(record, kind, f"record {number}", names, system, run)
 
 
-def _function(record: Record, kind: Kind, number: int, system: _System, run: str) -> Function:
+def _function(  # noqa: PLR0917
+    record: Record, kind: Kind, where: str, names: frozenset[str], system: _System, run: str
+) -> Function:
     """Return a record as a function.
 
     Raises
@@ -113,17 +119,17 @@ def _function(record: Record, kind: Kind, number: int, system: _System, run: str
     values = record.spectrum
     if values is None or record.abscissa.casefold() != "frequency":
         over = record.abscissa or "nothing that is said"
-        raise RecordingError(f"{run}: record {number} is over {over}, not over frequencies.")
+        raise RecordingError(f"{run}: {where} is over {over}, not over frequencies.")
     even: FloatArray = record.start + record.step * np.arange(values.size)
     lines = even if record.times is None else record.times
-    (response, _, _), (driven, _, _) = _seats(record)
+    (response, _, _), (driven, _, _) = _seats(record, names)
     up, scale = _unit(record.head[8], system)
     down, other = _unit(record.head[9], system)
     if kind in {"response function", "cross spectrum"}:
         values = values * (scale / other)
     if kind == "auto spectrum":
         driven = response
-    return Function(f"record {number}", kind, response, driven, up, down, lines, values)
+    return Function(where, kind, response, driven, up, down, lines, values)
 
 
 def _said(line: str) -> str:
@@ -143,16 +149,35 @@ def _unit(line: str, system: _System) -> tuple[str, float]:
     return unit, 1.0 / (system.length if unit.startswith("m") else system.force)
 
 
-def _seats(record: Record) -> Iterator[tuple[str, int, Place | None]]:
-    """Yield name, node and direction of response and reference."""
+def _ends(record: Record) -> Iterator[tuple[str, int, int]]:
+    """Yield entity, node and direction of response and reference; no entity is empty."""
     line = record.head[5].ljust(80)
     for entity, node, direction in ((31, 41, 51), (56, 66, 76)):
         name = line[entity : entity + 10].strip()
-        number = _whole(line[node : node + 10])
-        along = _DIRECTIONS.get(_whole(line[direction : direction + 4]), "")
         plain = "" if name.casefold() == "none" else name
-        label = str(number) if number or not plain else plain
-        yield f"{label}/{along}" if along else label, number, _vector(along)
+        yield plain, _whole(line[node : node + 10]), _whole(line[direction : direction + 4])
+
+
+def _names(records: Sequence[Record]) -> frozenset[str]:
+    """Return the entities that stand for one node in one direction: names of channels.
+
+    Others are names of components, of which nodes and directions tell the places.
+    """
+    seats: dict[str, set[tuple[int, int]]] = {}
+    for record in records:
+        for name, node, direction in _ends(record):
+            seats.setdefault(name, set()).add((node, direction))
+    return frozenset(name for name, there in seats.items() if name and len(there) == 1)
+
+
+def _seats(record: Record, names: frozenset[str]) -> Iterator[tuple[str, int, Place | None]]:
+    """Yield name, node and direction of response and reference."""
+    for entity, node, direction in _ends(record):
+        along = _DIRECTIONS.get(direction, "")
+        if entity in names:
+            yield entity, node, _vector(along)
+        else:
+            yield f"{node}/{along}" if along else str(node), node, _vector(along)
 
 
 def _vector(along: str) -> Place | None:
