@@ -61,7 +61,7 @@ def results(tmp_path_factory):
 
 
 def of_tests(out, name):
-    """The rows of each test: of a table of its own, or of that of all tests less their names."""
+    """The rows of each test: of a table of its own, or of that of all tests, unnamed."""
     if name == "spectra.csv":
         for path in sorted(out.glob("**/spectra.csv")):
             yield list(csv.reader(path.read_text().splitlines()))

@@ -5,11 +5,12 @@ idelib reads the elements and applies the calibration that the file holds.
 
 import gc
 import logging
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, BinaryIO, final
+from typing import Any, BinaryIO, Final, final
 
 import numpy as np
 
@@ -20,7 +21,9 @@ from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis
 
-_LIBRARIES = ("idelib", "ebmlite")
+_LIBRARIES: Final = ("idelib", "ebmlite")
+_BLOCKS: Final = ("ChannelDataBlock", "SimpleChannelDataBlock")
+"""Elements that hold samples; a file has one of the two kinds."""
 
 
 def read_ide(path: Path, run: str) -> RawFile:
@@ -58,12 +61,14 @@ def _imported(stream: BinaryIO) -> Any:
 class EventTimes:
     """Times of the samples of a sensor, read a piece at a time [us]."""
 
+    run: str
     events: Any
     size: int
 
     def __getitem__(self, key: slice) -> FloatArray:
         first, last, _ = key.indices(self.size)
-        return np.asarray(self.events.arraySlice(first, last)[0], dtype=np.float64)
+        with foreign(self.run, "reading the times"):
+            return np.asarray(self.events.arraySlice(first, last)[0], dtype=np.float64)
 
 
 @final
@@ -102,6 +107,31 @@ class IdeSource(SampleSource):
         self.dataset.close()
 
 
+def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
+    """Return how many samples of each sensor a file holds, and whether it is damaged.
+
+    It is where its elements end before it does, are of unknown or of two kinds, or hold samples
+    of no sensor: idelib leaves out without a word what it cannot place.
+    """
+    found: dict[Any, int] = dict.fromkeys(dataset.channels, 0)
+    end, kinds, stray = 0, set(), False
+    for element in dataset.ebmldoc:
+        end = element.payloadOffset + element.size
+        if element.name in {*_BLOCKS, "UnknownElement"}:
+            kinds.add(element.name)
+        if element.name == "ChannelDataBlock":
+            parts = {part.name: part for part in element}
+            sensor = getattr(parts.get("ChannelIDRef"), "value", None)
+            payload = getattr(parts.get("ChannelDataPayload"), "size", 0)
+            if sensor in found:
+                found[sensor] += payload // dataset.channels[sensor].parser.size
+            else:
+                stray = True
+    size = dataset.ebmldoc.stream.seek(0, os.SEEK_END)
+    damaged = bool(getattr(dataset, "fileDamaged", False)) or stray or end != size
+    return found, damaged or len(kinds) > 1
+
+
 def _described(dataset: Any, run: str) -> RawFile:
     """Return what is in an open file.
 
@@ -110,7 +140,7 @@ def _described(dataset: Any, run: str) -> RawFile:
     RecordingError
         If it holds no samples.
     """
-    damaged = bool(getattr(dataset, "fileDamaged", False))
+    promised, damaged = _promised(dataset)
     base = dataset.lastSession.utcStartTime
     start = None if not base else datetime.fromtimestamp(float(base), UTC)
     places: list[tuple[Any, int]] = []
@@ -122,7 +152,7 @@ def _described(dataset: Any, run: str) -> RawFile:
             continue
         events.removeMean = False
         where = f"times of {shown(sensor.name, 40)}"
-        axes = (TimeAxis(where, times=EventTimes(events, count), unit="us"),)
+        axes = (TimeAxis(where, times=EventTimes(run, events, count), unit="us"),)
         channels = []
         for index, one in enumerate(sensor.subchannels):
             channels.append(
@@ -130,7 +160,7 @@ def _described(dataset: Any, run: str) -> RawFile:
                     name=str(one.name or one.displayName),
                     row=len(places),
                     n_samples=count,
-                    promised=count + damaged,
+                    promised=max(promised[sensor.id], count + damaged),
                     unit=str(one.units[1] or ""),
                     axes=axes,
                     start_time=start,

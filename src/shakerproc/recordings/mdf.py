@@ -9,6 +9,7 @@ References
 """
 
 import gc
+import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -87,6 +88,7 @@ def _opened(path: Path, run: str) -> Any:
     """
     from asammdf import MDF
 
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL + 1)  # told here, in one line
     with quiet_deletion():
         try:
             return MDF(path)
@@ -102,6 +104,7 @@ def _opened(path: Path, run: str) -> Any:
 class MasterTimes:
     """The time channel of a group, read a piece at a time."""
 
+    run: str
     file: Any
     group: int
     size: int
@@ -111,8 +114,9 @@ class MasterTimes:
         count = max(0, last - first)
         if not count:
             return np.empty(0)
-        times = self.file.get_master(self.group, record_offset=first, record_count=count)
-        return np.asarray(times, dtype=np.float64)
+        with foreign(self.run, "reading the times"):
+            times = self.file.get_master(self.group, record_offset=first, record_count=count)
+            return np.asarray(times, dtype=np.float64)
 
 
 @final
@@ -173,7 +177,7 @@ def _described(file: Any, run: str) -> RawFile:
     places: list[tuple[int, int]] = []
     notes: list[str] = []
     for number, group in enumerate(file.groups):
-        axis, step = _axis(file, number)
+        axis, step = _axis(file, number, run)
         channels = []
         for index, channel in enumerate(group.channels):
             if index == file.masters_db.get(number):
@@ -209,14 +213,14 @@ def _join(
     found.append((step, unique, channels))
 
 
-def _axis(file: Any, number: int) -> tuple[TimeAxis | None, float]:
+def _axis(file: Any, number: int, run: str) -> tuple[TimeAxis | None, float]:
     """Return what a group states of its times, and their mean step [s]; 0 where it is none."""
     group, index = file.groups[number], file.masters_db.get(number)
     count = int(group.channel_group.cycles_nr)
     if index is None:
         return None, 0.0
     master = group.channels[index]
-    times = MasterTimes(file, number, count)
+    times = MasterTimes(run, file, number, count)
     quantity = _QUANTITIES.get(getattr(master, "sync_type", 1), "")
     name = master.name or "master channel"
     axis = TimeAxis(

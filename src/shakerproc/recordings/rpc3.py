@@ -52,9 +52,9 @@ def read_rpc3(path: Path, run: str) -> RawFile:
             path, layout.dtype, "r", layout.first, (layout.there,), "C"
         )
     source = GroupedSource(run, samples, layout)
-    step = header["DELTA_T"]
-    axes = (TimeAxis("DELTA_T", step=_number(header, "DELTA_T", run), unit="s",
-                     digit=half_digit(step)),)  # fmt: skip
+    step = _number(header, "DELTA_T", run)
+    axes = (TimeAxis("DELTA_T", step=step, unit="s",
+                     digit=half_digit(header["DELTA_T"])),)  # fmt: skip
     channels = tuple(
         RawChannel(
             name=header.get(f"DESC.CHAN_{number}") or f"channel {number}",
