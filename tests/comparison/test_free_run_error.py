@@ -69,17 +69,24 @@ def test_every_third_block_is_held_out_unless_the_log_marks_a_test():
     rng = np.random.default_rng(5)
     drives = [rng.standard_normal(12000) for _ in range(2)]
     judged = [(0, 12000), (0, 12000)]
-    blocks = held_out_samples(drives, judged, [False, False])
+    blocks = held_out_samples(drives, [d[None] for d in drives], judged, [False, False])
     assert [float(b.mean()) for b in blocks] == pytest.approx([1.0 / 3.0] * 2, abs=1e-3)
-    marked = held_out_samples(drives, judged, [False, True])
+    marked = held_out_samples(drives, [d[None] for d in drives], judged, [False, True])
     assert [bool(m.all()) for m in marked] == [False, True]
     assert not marked[0].any()
+
+
+def test_the_middle_third_of_few_periods_is_held_out_as_one_block():
+    time = np.arange(3000) / 100.0
+    decay = np.exp(-0.05 * time) * np.cos(2.0 * np.pi * time)  # 30 periods
+    (kept,) = held_out_samples([np.zeros(3000)], [decay[None]], [(0, 3000)], [False])
+    assert np.flatnonzero(np.diff(kept.astype(int))).tolist() == [999, 1999]
 
 
 def test_blocks_of_a_periodic_drive_are_never_held_out():
     one = np.random.default_rng(6).standard_normal(1000)
     drives = [np.tile(one, 12)] * 3
-    found = held_out_samples(drives, [(0, 12000)] * 3, [False] * 3)
+    found = held_out_samples(drives, [d[None] for d in drives], [(0, 12000)] * 3, [False] * 3)
     assert [m.any() for m in found] == [False, False, True]
     assert found[2].all()
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from shakerproc.comparison import quiet_of
+from shakerproc.comparison.quiet import end_of
 
 RATE = 2000.0
 
@@ -49,3 +50,13 @@ def test_dead_silence_is_rest_without_noise():
     quiet = quiet_of(*channels(2400, noise=0.0), RATE)
     assert quiet.stop >= 2000
     assert np.max(np.abs(quiet.responses)) < 0.05
+
+
+def test_a_decay_ends_where_it_has_died_away():
+    time = np.arange(6000) / RATE
+    decay = np.exp(-20.0 * time / time[-1]) * np.sin(2.0 * np.pi * 25.0 * time)
+    noisy = decay + 1e-4 * np.random.default_rng(4).standard_normal(time.size)
+    end = end_of(np.zeros((1, time.size)), noisy[None], RATE)
+    # three times the noise, which no rms of a sine reaches below 0.42 of its amplitude
+    assert 1e-4 < np.exp(-20.0 * end / time.size) < 3.0 * 1e-4 * np.sqrt(2.0) * 2.0
+    assert end_of(np.zeros((1, 2000)), decay[None, :2000], RATE) == 2000

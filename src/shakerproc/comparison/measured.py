@@ -17,7 +17,7 @@ from shakerproc.comparison.not_measured import (
     check_sizes,
 )
 from shakerproc.comparison.part import Part, few_periods, free_part, part_of
-from shakerproc.comparison.quiet import Quiet, quiet_of
+from shakerproc.comparison.quiet import Quiet, end_of, quiet_of
 from shakerproc.comparison.sensors import (
     input_rows,
     misplaced,
@@ -356,7 +356,8 @@ def _measured(
 ) -> Measured:
     controls, responses = samples
     rate = recording.sample_rate
-    start, stop = part.start - part.first, part.stop - part.first
+    start = part.start - part.first
+    stop = min(part.stop - part.first, end_of(controls, responses, rate))
     quiet = quiet_of(controls, responses, rate)
     excited = _excited(test, rate)
     low, high = excited

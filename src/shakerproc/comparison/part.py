@@ -86,22 +86,27 @@ def few_periods(run: str, motion: FloatArray) -> list[str]:
     DiagnosisError
         If nothing moves.
     """
-    motion = np.nan_to_num(motion)
-    motion = motion - motion.mean(axis=1, keepdims=True)
-    above = motion[int(np.argmax(motion.std(axis=1)))] > 0.0
-    n_periods = int(np.count_nonzero(above[1:] & ~above[:-1]))
-    if not above.any():
+    n_periods, size = periods_of(motion), motion.shape[1]
+    if not np.any(np.ptp(np.nan_to_num(motion), axis=1) > 0.0):
         raise DiagnosisError(
-            f"{run}: nothing moves in the {above.size} samples that are compared. Crop less, "
+            f"{run}: nothing moves in the {size} samples that are compared. Crop less, "
             "or record longer."
         )
     if n_periods >= FEW_PERIODS:
         return []
     known = 0.5 / np.sqrt(max(n_periods, 1))
     return [
-        f"{run}: the {above.size} samples that are compared hold {n_periods} periods of the "
+        f"{run}: the {size} samples that are compared hold {n_periods} periods of the "
         f"motion, so the error is known to {known:.0%} only; a longer record tells more."
     ]
+
+
+def periods_of(motion: FloatArray) -> int:
+    """Return how many periods the channel that moves most holds, an (n_channels, n) array."""
+    motion = np.nan_to_num(motion)
+    motion = motion - motion.mean(axis=1, keepdims=True)
+    above = motion[int(np.argmax(motion.std(axis=1)))] > 0.0
+    return int(np.count_nonzero(above[1:] & ~above[:-1]))
 
 
 def free_part(recording: Recording, test: Test, part: Part, rows: list[int]) -> Part:

@@ -68,15 +68,28 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
     if np.any(lead.std(axis=1) > _REST * both.std(axis=1)):
         return None
     lead = lead - lead.mean(axis=1, keepdims=True)
-    if _grows(lead) or _driven(lead[: len(controls)], lead[len(controls) :], sample_rate):
+    if _grows(level[:, : end - 1]) or _driven(
+        lead[: len(controls)], lead[len(controls) :], sample_rate
+    ):
         return None
     return Quiet(stop, lead[: len(controls)], lead[len(controls) :])
 
 
-def _grows(lead: FloatArray) -> bool:
-    """Return whether a channel is louder at the end of a lead-in than at its start."""
-    third = lead.shape[1] // 3
-    return bool(np.any(lead[:, -third:].std(axis=1) > _GROWS * lead[:, :third].std(axis=1)))
+def end_of(controls: FloatArray, responses: FloatArray, sample_rate: float) -> int:
+    """Return the first sample of the rest in which a recording ends, its length without one.
+
+    Nothing of a model shows in it: a decay that has died away is no motion to be predicted.
+
+    Arguments are those of `quiet_of`, which looks for it from the end.
+    """
+    rest = quiet_of(controls[:, ::-1], responses[:, ::-1], sample_rate)
+    return int(responses.shape[1]) - (0 if rest is None else rest.stop)
+
+
+def _grows(level: FloatArray) -> bool:
+    """Return whether a channel is louder in the last blocks of a lead-in than in the first."""
+    third = max(1, level.shape[1] // 3)
+    return bool(np.any(level[:, -third:].mean(axis=1) > _GROWS * level[:, :third].mean(axis=1)))
 
 
 def _driven(controls: FloatArray, responses: FloatArray, sample_rate: float) -> bool:

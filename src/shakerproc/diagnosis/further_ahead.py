@@ -1,5 +1,8 @@
 """Beyond the horizon: whether what was chosen predicts there, and with which numbers."""
 
+from collections.abc import Iterator
+from weakref import WeakKeyDictionary
+
 from shakerproc.comparison.free_bodies import is_held
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form, carried
@@ -7,21 +10,40 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.horizon import LONGER, PREDICTED
-from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
+from shakerproc.diagnosis.selection.errors import PARTED, error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
+
+_THERE: WeakKeyDictionary[Fit, dict[Form, Fit | None]] = WeakKeyDictionary()
+
+
+def _further(data: DataSet, found: Fit, form: Form) -> Iterator[tuple[Form, Fit | None]]:
+    """Yield the longer forms, and a fit carried over from one to the next; each once."""
+    here: Fit | None = found
+    for beyond in form.beyond:
+        if here is not None:
+            there = _THERE.setdefault(here, {})
+            if beyond not in there:
+                there[beyond] = carried(data, here, [beyond])
+            here = there[beyond] or here
+            yield beyond, there[beyond]
 
 
 def falls_short(found: Found, score: Score) -> bool:
-    """Return whether a hypothesis fails at a longer horizon at which noise lets predict."""
-    if not found.form.beyond:
-        return False
-    beyond = found.form.beyond[0]
-    there = carried(found.data, score.fit, [beyond])
-    if there is None:
-        return True
-    left = error_of(found.data, there, beyond.held_out)
-    floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
-    return left > LONGER * found.left_by(score) and not is_within(left, floor)
+    """Return whether a hypothesis fails further ahead, where noise lets predict.
+
+    By what sensors can tell: a motion that parts quickly multiplies what is left of it.
+    """
+    for beyond, there in _further(found.data, score.fit, found.form):
+        if there is None:
+            return True
+        left = error_of(found.data, there, beyond.held_out)
+        if left <= max(NEGLIGIBLE, LONGER * found.left_by(score)):
+            continue
+        floor = pooled_floor(floors_of(found.data, there, beyond.held_out.some(PREDICTED)))
+        if floor > PARTED or not is_within(left, floor):
+            return floor <= PARTED
+    return False
 
 
 def ahead(data: DataSet, found: Fit, form: Form) -> Fit:
@@ -33,10 +55,7 @@ def ahead(data: DataSet, found: Fit, form: Form) -> Fit:
     """
     if not form.beyond or not is_held(data.model):
         return found
-    fits = [found]
-    for beyond in form.beyond:
-        there = carried(data, fits[-1], [beyond])
-        fits += [] if there is None else [there]
+    fits = [found, *(one for _, one in _further(data, found, form) if one is not None)]
     driven = data.model.excitation.role is not None
     whole = whole_tests(data, held_out=True) if driven else form.beyond[-1].held_out
     return min(fits, key=lambda one: error_of(data.plain, one, whole))

@@ -109,7 +109,7 @@ def compared(
     forms = usable_forms(campaign)
     best = min((linear, *singles), key=lambda one: one.level)
     standing, scores = [linear, *singles], list[Score]()
-    least, chosen, near = np.inf, 0, False
+    least, chosen, near, explained = np.inf, 0, False, False
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
@@ -130,7 +130,8 @@ def compared(
         campaign = sampled
         best = best_of(scores).fit
         left = error_of(campaign.data, best, forms[i].held_out)
-        if left > LONGER * least and not _is_noise(campaign, best, forms[i], left):
+        before, explained = explained, _is_noise(campaign, best, forms[i], left)
+        if left > LONGER * least and not (explained or before):
             forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
             break
         least = min(least, left)

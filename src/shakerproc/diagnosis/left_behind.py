@@ -40,7 +40,7 @@ def with_all(
     for one in [*rest, *_raced(campaign, known, say)]:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
-    scores = _best_of_each(scores)
+    scores = best_of_each(scores)
     tried = {name for score in scores for name in score.fit.hypothesis.names}
     return replace(
         found,
@@ -49,7 +49,7 @@ def with_all(
     )
 
 
-def _best_of_each(scores: Sequence[Score]) -> list[Score]:
+def best_of_each(scores: Sequence[Score]) -> list[Score]:
     """Return the best score of each hypothesis."""
     best: dict[frozenset[tuple[str, Joint]], Score] = {}
     for score in ranked(scores):

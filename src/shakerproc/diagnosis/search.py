@@ -6,6 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.diagnosis.beside import with_pairs_ahead
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
@@ -105,7 +106,7 @@ def _corrected_or_not(
         one = _begun(model, linear, own, say)
         begun.append(replace(one, found=replace(one.found, corrected=correct)))
         if begun[-1].is_enough:
-            return begun[-1].found
+            return begun[-1].ended(say)
     return min(begun, key=lambda one: one.found.left).ended(say)
 
 
@@ -139,13 +140,12 @@ class Begun:
 
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the same with what more effects explain, where that is to be looked for."""
-        if self.is_enough or needs_none(self.found):
-            return self.found
-        first = self.outcome
-        found, campaign, forms = with_more(
-            self.found, first.campaign, first.forms, first.singles, say
-        )
-        return with_all(found, campaign, forms, self.every, say, known=self.known)
+        found, first = self.found, self.outcome
+        campaign = first.campaign
+        if not self.is_enough and not needs_none(found):
+            found, campaign, forms = with_more(found, campaign, first.forms, first.singles, say)
+            found = with_all(found, campaign, forms, self.every, say, known=self.known)
+        return with_pairs_ahead(found, campaign, self.known, say)
 
 
 def _begun(

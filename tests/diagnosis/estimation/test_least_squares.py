@@ -97,7 +97,8 @@ def test_jumps_of_friction_that_a_recorder_took_as_values_tell_the_numbers(force
         found = fit(data, hypothesis, start, whole_tests(data, held_out=False), rounds=12)
         left.append(np.abs(found.x - truth))
     assert np.all(left[1] < [5e-4, 1e-2, 1e-3])
-    assert np.all(left[1] < 0.5 * left[0])
+    # both tell the stiffness; what jumps tell is damping and force
+    assert np.all(left[1][1:] < 0.5 * left[0][1:])
 
 
 def test_a_window_that_runs_away_does_not_rule_the_fit(linear):

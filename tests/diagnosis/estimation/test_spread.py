@@ -39,7 +39,7 @@ def test_next_to_the_least_cost_of_a_smooth_motion_it_is_surely_higher_at_once(c
 
 def test_away_from_the_least_cost_one_standard_error_tells_nothing(cubic):
     away = cubic.x.copy()
-    away[-1] += 12.0 * np.sqrt(cubic.covariance[away.size - 1, away.size - 1])
+    away[-1] += 16.0 * np.sqrt(cubic.covariance[away.size - 1, away.size - 1])
     assert 1.0 < spread_of(cubic, away).reach() <= WIDEST
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.comparison.measured import REACH, UNCALIBRATED
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, noise_of
 from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.quiet import Quiet, quiet_of
+from shakerproc.comparison.quiet import Quiet, end_of, quiet_of
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError
@@ -214,7 +214,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         responses=responses,
         band=(LOW_SHARE * low, highest),
         start=start,
-        stop=responses.shape[1],
+        stop=end_of(controls, responses, rate),
         quiet=quiet,
         noise_density=noise,
         noise=np.hypot(own, FLOOR_SHARE * rms),

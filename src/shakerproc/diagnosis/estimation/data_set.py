@@ -182,6 +182,7 @@ class DataSet:
         """
         return held_out_samples(
             [test.input for test in self.tests],
+            [test.responses for test in self.tests],
             [(test.start, test.stop) for test in self.tests],
             [test.arrays.hold_out for test in self.tests],
         )

@@ -1,6 +1,7 @@
 """The hypothesis that an effect is added to, held to the motion, and how its numbers move."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, TypeAlias, final
 
 import numpy as np
@@ -8,9 +9,11 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
+from shakerproc.simulation.assembly import assemble
 
 _SCALES: Final = (-0.9, 9.0)
 """Changes of the force of an effect that its start may be given, over that force [-]."""
@@ -30,13 +33,43 @@ class Base:
     def __init__(self, base: Fit, windows: Windows) -> None:
         self.fit, self._windows = base, windows
         own = Linearisation(base.data, base.hypothesis, windows)
-        at = own.point(base.x, base.channels)
+        self._moved_by = _starts_moved(own, base)
+        at = self._begun(own, base.hypothesis, base.x)
         state = own.residual(at)
-        slopes = [] if state is None else own.linearise(at, state).slopes
-        columns = [s.reshape(-1, s.shape[-1])[:, : base.x.size] for s in slopes]
+        there = None if state is None else own.linearise(at, state)
+        free = windows.rate is None and not windows.from_rest
+        self._starts = (
+            [] if there is None or not free else [np.linalg.qr(o)[0] for o in there.own]
+        )
+        slopes = [] if there is None else [s[..., : base.x.size] for s in there.slopes]
+        columns = [
+            self._without_starts(i, s).reshape(-1, base.x.size) for i, s in enumerate(slopes)
+        ]
         self._slopes = np.concatenate([*columns, np.zeros((0, base.x.size))])
-        self._rows = np.zeros(0) if state is None else _flat(state[0])
+        self._rows = np.zeros(0) if state is None else self._flat(state[0])
         self._prior = np.diag(1.0 / own.spread[: base.x.size])
+
+    def _begun(self, own: Linearisation, hypothesis: Hypothesis, x: FloatArray) -> Point:
+        """Return where runs begin: masses as in the fit, what no sensor tells as driven."""
+        at = own.point(x, self.fit.channels)
+        if at.starts is None or self._moved_by is None:
+            return at
+        n = len(assemble(hypothesis.model_at(x)).names)
+        starts, masses = at.starts.copy(), self.fit.data.model.n_coordinates
+        for first, moved in zip((0, n), self._moved_by, strict=True):
+            starts[:, first : first + masses] += moved
+        return replace(at, starts=starts)
+
+    def _without_starts(self, stack: int, rows: FloatArray) -> FloatArray:
+        """Return (n_members, n_residuals, n) rows without what starts make of them."""
+        if not self._starts:
+            return rows
+        basis = self._starts[stack]
+        return np.asarray(rows - basis @ (basis.transpose(0, 2, 1) @ rows))
+
+    def _flat(self, stacks: Sequence[FloatArray]) -> FloatArray:
+        each = (self._without_starts(i, rows[..., None]) for i, rows in enumerate(stacks))
+        return np.concatenate([rows.ravel() for rows in each])
 
     def best(self, starts: Sequence[tuple[Hypothesis, FloatArray]]) -> list[Moved]:
         """Return starts by what they leave, without those that run away."""
@@ -52,12 +85,12 @@ class Base:
         """Return the level of a start, the base's numbers moved, and where it is then."""
         own = Linearisation(self.fit.data, hypothesis, self._windows)
         try:
-            state = own.residual(own.point(x, self.fit.channels))
+            state = own.residual(self._begun(own, hypothesis, x))
         except ModelError:
             return np.inf, x
         if state is None or state[1].failed.any():
             return np.inf, x
-        rows, there = _flat(state[0]), x.copy()
+        rows, there = self._flat(state[0]), x.copy()
         own_numbers = np.array_equal(x[: self.fit.x.size], self.fit.x)
         if own_numbers and hypothesis.own == self.fit.hypothesis.own:
             rows, there = self._projected(hypothesis, x, rows)
@@ -89,5 +122,17 @@ class Base:
         return rows + table @ change, there
 
 
-def _flat(stacks: Sequence[FloatArray]) -> FloatArray:
-    return np.concatenate([rows.ravel() for rows in stacks])
+def _starts_moved(own: Linearisation, base: Fit) -> tuple[FloatArray, FloatArray] | None:
+    """Return how a fit moved displacements [m] and velocities [m/s] of masses at the starts.
+
+    (n_windows, n_masses) arrays; None where it is one to other windows.
+    """
+    at = own.point(base.x, base.channels)
+    if at.starts is None or base.starts is None or own.windows is not base.windows:
+        return None
+    n, masses = (
+        len(assemble(base.hypothesis.model_at(base.x)).names),
+        base.data.model.n_coordinates,
+    )
+    moved = base.starts - at.starts
+    return moved[:, :masses], moved[:, n : n + masses]

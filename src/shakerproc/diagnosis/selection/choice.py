@@ -211,9 +211,10 @@ def _simpler(found: Found, score: Score) -> list[Score]:
 
 
 def _with_fewer(found: Found, score: Score) -> list[Score]:
-    """Return the hypotheses with fewer effects, but one at least."""
-    count = len(score.fit.hypothesis.names)
-    return [s for s in found.effects if len(s.fit.hypothesis.names) < count]
+    """Return the hypotheses with fewer effects, but one at least, of no more numbers."""
+    own = score.fit.hypothesis
+    others = [(s, s.fit.hypothesis) for s in found.effects]
+    return [s for s, one in others if len(one.names) < len(own.names) and one.size <= own.size]
 
 
 def _predicting(found: Found, score: Score) -> list[Score]:

@@ -1,0 +1,154 @@
+"""Effects beside a fit, sought as far ahead as noise lets predict: by what each takes away."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import permutations
+from typing import Final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.further_ahead import falls_short
+from shakerproc.diagnosis.horizon import scored_at
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.left_behind import best_of_each
+from shakerproc.diagnosis.nudged.base import Base, Moved
+from shakerproc.diagnosis.nudged.starts import own_starts
+from shakerproc.diagnosis.selection.choice import TENTH, bare, leaves_more, standing_of
+from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
+from shakerproc.diagnosis.selection.scores import Score, is_better, ranked, simplest_alike
+
+LOOKED_AT: Final = 8
+"""Windows in which starts are compared [-]."""
+
+FITTED: Final = 6
+"""Effects that are fitted, of those that take most away [-]."""
+
+FIRSTS: Final = 4
+"""Effects that a second one is sought beside [-]."""
+
+NAMED: Final = 2
+"""Of these so many at least that explain most at the horizon [-]."""
+
+RICH: Final = 4
+"""Numbers of a law from which on two simple ones may do as well with fewer [-]."""
+
+
+def with_pairs_ahead(
+    found: Found, campaign: Campaign, known: Known, say: Callable[[str], None]
+) -> Found:
+    """Return the same with what one and two effects explain further ahead.
+
+    Where what stands leaves more than noise, there or at its own horizon, or has many numbers.
+    In short windows a slow change of amplitude shows as little as any; a whole decay tells it.
+    What is found is taken if it surely predicts better there than all that was found before,
+    or as well with fewer numbers.
+    """
+    if found.rigid or not known or not _leaves_more(found):
+        return found
+    form = _longest(found, campaign)
+    before = [carried(campaign.data, one.fit, [form]) for one in (found.linear, *found.effects)]
+    linear = before[0]
+    if linear is None:
+        return found
+    say("one effect further ahead")
+    singles = beside(campaign, linear, form, known)
+    say("two effects further ahead")
+    had = [one for one in before[1:] if one is not None]
+    firsts = _unlike([*had[:NAMED], *singles])[:FIRSTS]
+    pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)]
+    pairs.sort(key=lambda pair: pair.level)
+    pairs += [one for pair in pairs[:1] for one in _limits(campaign, pair, form, known)]
+    scores = best_of_each(scored_at(campaign, [*had, *singles, *pairs], form))
+    bared = scored_at(campaign, [linear], form)
+    if not scores or not bared or not _is_taken(found, form, [*bared, *scores]):
+        return found
+    tried = {name for score in scores for name in score.fit.hypothesis.names}
+    return replace(
+        found, data=campaign.data, form=form, linear=bared[0], effects=tuple(ranked(scores)),
+        free=None, _left={}, _floors={}, _free_runs={},
+        ruled_out=tuple(s for s in found.ruled_out if (s.kind, s.between) not in tried),
+    )  # fmt: skip
+
+
+def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
+    """Return the best effects beside a fit to a form, fitted there, the best first.
+
+    Each start is simulated once; the numbers of the fit move along their slopes with it.
+    """
+    base = Base(on, on.windows.some(LOOKED_AT))
+    best: list[Moved] = []
+    for starts in own_starts(on, known).values():
+        best += base.best([start for start in starts if _goes_on(on, start[1])])[:1]
+    best.sort(key=lambda moved: moved[0])
+    fits = [
+        fit(campaign.data, hypothesis, x, form.fitted, rounds=ROUNDS, channels=on.channels)
+        for _, hypothesis, x in best[:FITTED]
+    ]
+    return sorted((one for one in fits if one is not None), key=lambda one: one.level)
+
+
+def _goes_on(on: Fit, x: FloatArray) -> bool:
+    """Return whether a start has the numbers of the fit."""
+    return np.array_equal(x[: on.x.size], on.x)
+
+
+def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
+    """Return whether something new predicts better at a form, or as well with fewer numbers."""
+    names = [one.fit.hypothesis.names for one in (found.linear, *found.effects)]
+    had = [one for one in scores if one.fit.hypothesis.names in names]
+    reached, best = simplest_alike(had)[0], simplest_alike(scores)[0]
+    if best in had:
+        return False
+    left = [error_of(found.data, one.fit, form.held_out) for one in (best, reached)]
+    surely = is_better(best, reached) and left[0] <= (1.0 - TENTH) * left[1]
+    return surely or best.fit.hypothesis.size < reached.fit.hypothesis.size
+
+
+def _limits(campaign: Campaign, pair: Fit, form: Form, known: Known) -> list[Fit]:
+    """Return a pair with laws in place of each member that are limits of it."""
+    own, *parts = pair.hypothesis.parts(pair.x)
+    members, found = list(zip(pair.hypothesis.added, parts, strict=True)), list[Fit]()
+    for (kept, x), (other, _) in permutations(members, 2):
+        laws = known.get(other.between, {})
+        limits = [c.kind for c in laws[other.kind].contains if c.limit] if laws else []
+        alone = replace(pair.hypothesis, added=(kept,))
+        on = fit(
+            campaign.data, alone, np.concatenate([own, x]), form.fitted, rounds=0,
+            channels=pair.channels,
+        )  # fmt: skip
+        if limits and on is not None:
+            wanted = {kind: laws[kind] for kind in limits if kind in laws}
+            found += beside(campaign, on, form, {other.between: wanted})
+    return found
+
+
+def _leaves_more(found: Found) -> bool:
+    """Return whether what stands leaves more than noise, at its horizon or further ahead."""
+    standing = standing_of(found)
+    chosen = standing[0] if standing else bare(found)
+    numbers = chosen.fit.hypothesis.size - found.linear.fit.hypothesis.size
+    return numbers >= RICH or leaves_more(found, chosen) or falls_short(found, chosen)
+
+
+def _longest(found: Found, campaign: Campaign) -> Form:
+    """Return the longest form that noise lets predict."""
+    best = found.best.fit
+    for form in reversed(found.form.beyond):
+        there = carried(campaign.data, best, [form])
+        if there is not None and parted(campaign.data, there, form.held_out) <= PARTED:
+            return form.knowing(campaign.data, there)
+    return found.form
+
+
+def _unlike(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the first fit of each effect alone, in their order."""
+    first: dict[frozenset[tuple[str, Joint]], Fit] = {}
+    for one in fits:
+        if len(one.hypothesis.added) == 1:
+            first.setdefault(one.hypothesis.names, one)
+    return list(first.values())
