@@ -16,7 +16,7 @@ def loaded(place: str) -> Any:
 
 
 def without(package: str, what: str, extra: str, instead: str) -> str:
-    """Return what to do so that a format can be read; empty where its package is installed.
+    """Return the remedy where the package of a format is missing; empty where it is there.
 
     Parameters
     ----------

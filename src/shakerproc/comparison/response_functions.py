@@ -237,7 +237,7 @@ def model_functions(
 def _responses(
     model: Model, linear: Coordinates, measured: ResponseFunctions, places: Mapping[str, str]
 ) -> tuple[dict[int, Sensor], list[str]]:
-    """Return what the model says each response is, by its number, and what is left out.
+    """Return the sensor of each response, by its number, and a note on others.
 
     Raises
     ------

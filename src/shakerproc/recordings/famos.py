@@ -124,7 +124,7 @@ class FamosSource(SampleSource):
 
 
 def _described(path: Path, run: str) -> RawFile:
-    """Return what is in a file.
+    """Return the channels of a file.
 
     Raises
     ------

@@ -133,7 +133,7 @@ def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
 
 
 def _described(dataset: Any, run: str) -> RawFile:
-    """Return what is in an open file.
+    """Return the channels and times of an open file.
 
     Raises
     ------

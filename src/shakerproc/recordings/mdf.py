@@ -164,7 +164,7 @@ def _values(file: Any, place: tuple[int, int], start: int, stop: int) -> Any:
 
 
 def _described(file: Any, run: str) -> RawFile:
-    """Return what is in an open file.
+    """Return the channels and times of an open file.
 
     Raises
     ------
@@ -214,7 +214,7 @@ def _join(
 
 
 def _axis(file: Any, number: int, run: str) -> tuple[TimeAxis | None, float]:
-    """Return what a group states of its times, and their mean step [s]; 0 where it is none."""
+    """Return the time axis of a group as stated, and its mean step [s]; 0 without one."""
     group, index = file.groups[number], file.masters_db.get(number)
     count = int(group.channel_group.cycles_nr)
     if index is None:
