@@ -16,7 +16,7 @@ from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.modal.sections import magnitude_axis
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
-from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable, filled
 
 MOST_DRAWN: Final = 60
 """Functions that are drawn, the worst first."""
@@ -68,7 +68,7 @@ def _functions(found: FunctionComparison) -> ReportSection:
     if len(worst) < len(found.functions):
         told.append(f"The {MOST_DRAWN} with the largest errors are drawn.")
     figures = [_figure(found, one) for one in worst]
-    table = ReportTable("Response functions, measured and of the model", columns, rows)
+    table = filled("Response functions, measured and of the model", columns, rows)
     return ReportSection("Response functions", "functions", told, [table], figures)
 
 
