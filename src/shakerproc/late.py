@@ -15,18 +15,33 @@ def loaded(place: str) -> Any:
     return getattr(import_module(module), name)
 
 
+def without(package: str, what: str, extra: str, instead: str) -> str:
+    """Return the remedy where the package of a format is missing; empty where it is there.
+
+    Parameters
+    ----------
+    package : str
+        The module that reads it.
+    what : str
+        The format.
+    extra : str
+        The extra of shakerproc that brings the package.
+    instead : str
+        What else can be done.
+    """
+    if find_spec(package) is not None:
+        return ""
+    return f"{what} needs {package}: pip install 'shakerproc[{extra}]', or {instead}"
+
+
 def without_parquet() -> str:
     """Return the remedy where Parquet cannot be read and written; empty where it can."""
-    if find_spec("pyarrow") is not None:
-        return ""
-    return "Parquet needs pyarrow: pip install 'shakerproc[parquet]', or use CSV"
+    return without("pyarrow", "Parquet", "parquet", "use CSV")
 
 
 def without_xlsx() -> str:
     """Return what to do so that XLSX can be read; empty where it can."""
-    if find_spec("openpyxl") is not None:
-        return ""
-    return "XLSX needs openpyxl: pip install 'shakerproc[xlsx]', or save it as CSV"
+    return without("openpyxl", "XLSX", "xlsx", "save it as CSV")
 
 
 def seek_garbage_seldom() -> None:

@@ -11,6 +11,7 @@ from tests.in_process import run
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import write_tdms
+from shakerproc.recordings.response_functions import read_functions
 from shakerproc.runs.result import shown_unit
 
 pytestmark = pytest.mark.filterwarnings(  # pyuff leaves its files open
@@ -64,7 +65,7 @@ def made(tmp_path_factory):
     channels = [Channel(n, u, n, u) for n, u in zip(NAMES, UNITS, strict=True)]
     write_tdms(folder / "run.tdms", recording_of_arrays("run", channels, rows, RATE))
     (folder / "log.yaml").write_text(LOG)
-    out = ("--no-figures", "--export", "parquet,mat,uff", "--out", folder / "out")
+    out = ("--no-figures", "--export", "parquet,mat,uff,xlsx", "--out", folder / "out")
     assert run("process", folder / "run.tdms", "--log", folder / "log.yaml", *out) == 0
     return dict(zip(NAMES, rows, strict=True)), folder / "out"
 
@@ -177,3 +178,25 @@ def test_every_table_of_parquet_is_the_csv_with_numbers(made, name):
     pd.testing.assert_frame_equal(left, right, check_dtype=False, rtol=1e-12)
     kinds = {name: (left[name].dtype.kind, right[name].dtype.kind) for name in left}
     assert all(a == b for a, b in kinds.values()), kinds
+
+
+def test_a_spreadsheet_holds_the_columns_of_spectra_csv(made):
+    """pandas reads both; the sheets are those of the spectra and of each analysis."""
+    _, out = made
+    sheets = pd.read_excel(out / "spectra.xlsx", sheet_name=None)
+    assert {"spectra", "octaves", "response_functions"} <= set(sheets)
+    csv = pd.read_csv(out / "spectra.csv")
+    pd.testing.assert_frame_equal(sheets["spectra"], csv, check_dtype=False, rtol=1e-12)
+
+
+def test_modal_reads_the_functions_that_batch_exports(made):
+    """H1 of the laser over the table, as scipy has it, in SI."""
+    samples, out = made
+    found = read_functions(out / "spectra.uff")
+    _, h1, coherence = spectra(samples, "table", "laser")
+    row = found.responses.index("laser")
+    si = h1 / SHOWN["laser"][1] * SHOWN["table"][1]
+    assert_allclose(found.values[row, 0], si, rtol=1e-6)  # noqa: PD011
+    assert (found.inputs, found.input_units) == (("table",), ("m/s^2",))
+    assert found.response_units[row] == "m"
+    assert found.coherence is None or np.allclose(found.coherence[row, 0], coherence)

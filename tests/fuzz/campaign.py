@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tests.fuzz.judge import GOOD, OUTCOMES, Judge
 from tests.fuzz.mutants import mutants
+from tests.fuzz.recorder_seeds import mts
 from tests.fuzz.seeds import make_seeds
 from tests.fuzz.time_seeds import make_time_seeds
 
@@ -22,6 +23,7 @@ def share(number: int, count: int) -> tuple[Counter, list[str], float]:
         folder = Path(name)
         with tempfile.TemporaryDirectory() as elsewhere:
             seeds = [*make_seeds(Path(elsewhere)), *make_time_seeds(Path(elsewhere))]
+            seeds.append(mts(Path(elsewhere)))
         judge = Judge(folder, seeds)
         every_mutant = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
         for i, mutant in enumerate(every_mutant):

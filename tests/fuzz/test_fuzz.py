@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tests.fuzz.judge import GOOD, Judge, compared
 from tests.fuzz.mutants import Mutant, mutants
+from tests.fuzz.recorder_seeds import EXTRAS, mts
 from tests.fuzz.seeds import make_seeds
 from tests.fuzz.time_seeds import make_time_seeds
 
@@ -26,7 +27,7 @@ SHARES = ((281, 17), pytest.param(57, 11, marks=pytest.mark.long))
 )
 @pytest.mark.parametrize(("every", "first"), SHARES)
 def test_thousands_of_damaged_recordings(tmp_path, every, first):
-    seeds = [*make_seeds(tmp_path), *make_time_seeds(tmp_path)]
+    seeds = [*make_seeds(tmp_path), *make_time_seeds(tmp_path), mts(tmp_path)]
     judge = Judge(tmp_path, seeds)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     counts: Counter[str] = Counter()
@@ -43,6 +44,25 @@ def test_thousands_of_damaged_recordings(tmp_path, every, first):
     assert all(counts[outcome] for outcome in GOOD if outcome != rare)
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     assert grown < 200 * 1024
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [30, pytest.param(2000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("package", EXTRAS)
+def test_damaged_recordings_of_recorders(tmp_path, package, count, capfd):
+    """Nothing hangs, blows up or is left on the terminal; what is lost is said."""
+    pytest.importorskip(package, reason="needs the extra recorders")
+    seed = EXTRAS[package](tmp_path)
+    judge = Judge(tmp_path, [seed])
+    every = list(mutants(seed))
+    rng = np.random.default_rng(44)
+    outcomes = Counter()
+    for at in rng.choice(len(every), count, replace=False):
+        outcome, message = judge.outcome(every[at])
+        outcomes[outcome] += 1
+        assert outcome in GOOD, (every[at].kind, int(at), outcome, message)
+    assert outcomes["refused in one line"] > count // 20
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems hand no memory down")

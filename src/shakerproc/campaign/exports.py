@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, final
@@ -26,6 +27,12 @@ _UFF_QUANTITIES: Final[Mapping[str, int]] = MappingProxyType({
     "m/m": 3, "m": 8, "m/s": 11, "m/s^2": 12, "N": 13, "Pa": 15,
 })  # fmt: skip
 """Specific data type of each SI unit in a dataset 58."""
+
+_XLSX_ROWS: Final = 1_048_575
+"""Rows of a sheet below its headers; what is longer goes on in another."""
+
+_XLSX_DATE: Final = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
+"""Date in a workbook, so that the same run gives the same cells and properties."""
 
 _ALONG: Final = 0.999
 """Cosine from which a direction is that of an axis: within 2.6 degrees [-]."""
@@ -245,8 +252,37 @@ def _direction(vector: tuple[float, float, float] | None) -> int:
     return 0
 
 
+def export_xlsx(result: RunResult, path: Path) -> None:
+    """Write the columns of spectra.csv, and of the curves of every analysis, as sheets."""
+    import openpyxl
+
+    book = openpyxl.Workbook(write_only=True)
+    tables = {"spectra": spectra_columns(result)}
+    tables |= {one.kind: dict(one.columns) for one in result.analyses if one.columns}
+    for name, columns in tables.items():
+        longest = max(len(values) for values in columns.values())
+        for number, first in enumerate(range(0, longest, _XLSX_ROWS), 1):
+            sheet = book.create_sheet(name if number == 1 else f"{name} {number}")
+            sheet.append([files.csv_cell(title) for title in columns])
+            parts = (values[first : first + _XLSX_ROWS] for values in columns.values())
+            for row in zip(*parts, strict=True):
+                sheet.append([_cell(value) for value in row])
+    book.properties.created = book.properties.modified = _XLSX_DATE
+    with files.atomic_path(path) as temporary:
+        book.save(temporary)
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as a cell; one that is not finite is empty."""
+    plain = value.item() if isinstance(value, np.generic) else value
+    if isinstance(plain, str):
+        return files.csv_cell(plain)
+    return None if isinstance(plain, float) and not np.isfinite(plain) else plain
+
+
 EXPORTS: Mapping[str, Callable[[RunResult, Path], None]] = MappingProxyType({
     "mat": export_mat,
     "parquet": export_parquet,
     "uff": export_uff,
+    "xlsx": export_xlsx,
 })

@@ -48,7 +48,7 @@ def modes_of_batch(
     with output.progress("modes", len(tests)) as advance:
         analysis = analyse_log(log, tests, log.modal, progress=advance)
     print_analysis(analysis, json)
-    document = document_of(analysis, log)
+    document = document_of(analysis, log.path)
     write_folder(root / "modal", analysis, document, [log.path], figures=figures)
     output.message(f"modes: {root / 'modal' / 'report.html'}")
     return analysis

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from shakerproc.cli.grouped_help import MACHINES, READING, RESULTS, SPECTRA
-from shakerproc.late import without_parquet
+from shakerproc.late import without_parquet, without_xlsx
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -332,7 +332,7 @@ ExportOption: TypeAlias = Annotated[
     str,
     typer.Option(
         "--export",
-        metavar="mat,uff,parquet",
+        metavar="mat,uff,parquet,xlsx",
         help="Write the spectra in these formats too.",
         rich_help_panel=RESULTS,
     ),
@@ -366,8 +366,9 @@ def exports_of(text: str) -> tuple[str, ...]:
                 f"no format {name!r}; shakerproc writes {', '.join(EXPORTS)}",
                 param_hint="--export",
             )
-    if "parquet" in asked and (lacks := without_parquet()):
-        raise typer.BadParameter(lacks, param_hint="--export")
+    for name, lacking in (("parquet", without_parquet), ("xlsx", without_xlsx)):
+        if name in asked and (lacks := lacking()):
+            raise typer.BadParameter(lacks, param_hint="--export")
     return asked
 
 

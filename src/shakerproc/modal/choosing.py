@@ -102,8 +102,9 @@ def remarks_of(
     modes: ModeSet,
     *,
     incomplete: bool,
+    places: str = "add position: [0 mm, 0 mm, 0 mm] and direction: z to the channels",
 ) -> list[str]:
-    """Return the obstacles to more modes, a sentence each."""
+    """Return the obstacles to more modes, a sentence each; `places` is how to say positions."""
     found = []
     if incomplete:
         found.append("the recording was cut short: its complete part was used")
@@ -120,8 +121,7 @@ def remarks_of(
     if without and len(sensors) > 1:
         named = ", ".join(without[:6]) + (" and more" if len(without) > 6 else "")
         found.append(
-            f"no position for {named}: shapes are drawn over the sensors' order; add "
-            "position: [0 mm, 0 mm, 0 mm] and direction: z to the channels"
+            f"no position for {named}: shapes are drawn over the sensors' order; {places}"
         )
     found += [
         f"modes at {first:.5g} and {second:.5g} Hz have one shape and lie within their widths: "

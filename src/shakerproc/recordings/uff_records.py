@@ -12,7 +12,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.times import is_time
 
@@ -29,16 +29,19 @@ _QUANTITIES: Final = {"17": "Time", "18": "Frequency", "19": "Frequency"}
 
 _TYPES: Final = {2: "f4", 4: "f8", 5: "f4", 6: "f8"}
 _COMPLEX: Final = {5, 6}
-_SINGLE, _DOUBLE = 2, 4
+_SINGLE, _DOUBLE, _COMPLEX_SINGLE, _COMPLEX_DOUBLE = 2, 4, 5, 6
 _COLUMNS: Final = {
     (_SINGLE, True): (13,), (_DOUBLE, True): (20,),
     (_SINGLE, False): (13,), (_DOUBLE, False): (13, 20),
+    (_COMPLEX_SINGLE, True): (13,), (_COMPLEX_DOUBLE, True): (20,),
+    (_COMPLEX_SINGLE, False): (13,), (_COMPLEX_DOUBLE, False): (13, 20, 20),
 }  # fmt: skip
 """Letters of the numbers in the text form, by their type and whether they are evenly spaced:
-6E13.5 and 4E20.12; 3(E13.5, E13.5) and 2(E13.5, E20.12) with the abscissa before each."""
+6E13.5 and 4E20.12; 3(E13.5, E13.5) and 2(E13.5, E20.12) with the abscissa before each; of
+complex ones E13.5, 2E20.12."""
 
-_IN_LINE: Final = {_SINGLE: 6, _DOUBLE: 4}
-"""Numbers of a line in the text form, an abscissa counted as one."""
+_IN_LINE: Final = {_SINGLE: 6, _DOUBLE: 4, _COMPLEX_SINGLE: 6, _COMPLEX_DOUBLE: 4}
+"""Numbers of a line in the text form at most, an abscissa counted as one."""
 
 
 class UffError(Exception):
@@ -110,6 +113,10 @@ class Record:
         Those that are there; none where they are no samples.
     filled : int
         Zeros behind them that only fill the last line.
+    spectrum : (n,) complex array, optional
+        Values of any record, where they were asked for [unit].
+    head : tuple of str
+        The lines before the numbers.
     is_complex : bool
         Whether they are complex, so that none are given.
     cut : bool
@@ -132,6 +139,8 @@ class Record:
     abscissa_unit: str = ""
     times: FloatArray | None = None
     filled: int = 0
+    spectrum: ComplexArray | None = None
+    head: tuple[str, ...] = ()
 
     @property
     def is_recording(self) -> bool:
@@ -165,6 +174,10 @@ def data_sets(content: bytes) -> Iterator[DataSet]:
         if line[6:7].lower() == b"b" and int(kind) == 58:
             stop = _skip_lines(content, body, _HEAD) + _integer(line[31:43], start)
             closing = _MARK_HERE.match(content, _after_blank(content, stop))
+            if closing is None:  # pyuff counts half the bytes of complex numbers
+                counted = _skip_lines(content, body, _HEAD) + _counted(content, body)
+                closing = _MARK_HERE.match(content, _after_blank(content, counted))
+                stop = stop if closing is None else counted
             if closing is None and stop <= len(content) and content[stop:].strip():
                 raise UffError(
                     stop, "a record does not end where it says, behind its bytes of numbers"
@@ -181,8 +194,20 @@ def data_sets(content: bytes) -> Iterator[DataSet]:
         raise UffError(at, "something stands behind the last data set: a mark is missing")
 
 
-def record_of(content: bytes, found: DataSet) -> Record:
-    """Return a record of kind 58.
+def _counted(content: bytes, body: int) -> int:
+    """Return the bytes of a binary record by its type and count; 0 where they are not said."""
+    head = content[body : _skip_lines(content, body, _HEAD)].splitlines()
+    try:
+        kind, count, spacing = (int(head[6][at : at + 10]) for at in (0, 10, 20))
+    except (ValueError, IndexError):
+        return 0
+    width = np.dtype(_TYPES.get(kind, "f8")).itemsize
+    parts = (2 if kind in _COMPLEX else 1) + (0 if spacing else 1)
+    return max(0, count) * width * parts
+
+
+def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Record:
+    """Return a record of kind 58; with `spectra`, the values of those that are no samples too.
 
     Raises
     ------
@@ -219,8 +244,9 @@ def record_of(content: bytes, found: DataSet) -> Record:
         abscissa=_QUANTITIES.get(head[7][:10].strip(), "") or _said(head[7][25:46]),
         abscissa_unit=_said(head[7][46:67]),
     )
-    if not record.is_recording:
+    if not (spectra or record.is_recording):
         return record
+    record = replace(record, head=tuple(head)) if spectra else record
     return _with_values(record, _Numbers(content, found, body, kind, even=bool(spacing)))
 
 
@@ -251,7 +277,8 @@ def _with_values(record: Record, there: _Numbers) -> Record:
     """
     binary = bool(there.found.binary)
     numbers = _binary_values(there, record.promised) if binary else _text_values(there)
-    per_value = 1 if there.even else 2
+    parts = 2 if record.is_complex else 1
+    per_value = parts if there.even else parts + 1
     count = numbers.size // per_value
     filling = numbers[per_value * record.promised :]
     if not binary and 0 < filling.size < _IN_LINE[there.kind] and not np.any(filling):
@@ -266,6 +293,9 @@ def _with_values(record: Record, there: _Numbers) -> Record:
     pairs = numbers[: per_value * count].reshape(count, per_value)
     times = None if there.even else pairs[:, 0]
     filled = filling.size if count == record.promised else 0
+    if record.head:
+        spectrum = pairs[:, -parts:] @ np.array([1.0, 1j][:parts])
+        return replace(record, times=times, filled=filled, spectrum=spectrum.astype(complex))
     return replace(record, values=pairs[:, -1], times=times, filled=filled)
 
 
@@ -280,8 +310,10 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
     order = "<" if _integer(there.found.binary[7:13], there.body) == 1 else ">"
     dtype = np.dtype(order + _TYPES[there.kind])
     data = there.content[there.body : there.found.stop]
-    mixed = np.dtype([("x", order + "f4"), ("y", dtype)])
-    if not there.even and there.kind == _DOUBLE and len(data) == promised * mixed.itemsize:
+    width = 2 if there.kind in _COMPLEX else 1
+    mixed = np.dtype([("x", order + "f4"), ("y", dtype, (width,))])
+    double = dtype.itemsize == 8 and not there.even
+    if double and len(data) == promised * mixed.itemsize:
         both = np.frombuffer(data, mixed)
         return np.column_stack([both["x"], both["y"]]).astype(np.float64).reshape(-1)
     if len(data) % dtype.itemsize and not there.found.cut:

@@ -1,5 +1,6 @@
 """A modal analysis as tables and as JSON."""
 
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +11,6 @@ from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
-from shakerproc.testlog import TestLog
 
 SCHEMA: Final = "shakerproc-modal/1"
 
@@ -136,14 +136,14 @@ def reciprocity_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
     }
 
 
-def document_of(analysis: ModalAnalysis, log: TestLog) -> dict[str, Any]:
-    """Return the JSON document of a modal analysis."""
+def document_of(analysis: ModalAnalysis, path: Path) -> dict[str, Any]:
+    """Return the JSON document of a modal analysis of a log or a file of functions."""
     columns, pairs = track_columns(analysis), reciprocity_columns(analysis)
     return {
         "schema": SCHEMA,
         "shakerproc": __version__,
         "title": analysis.title,
-        "log": log.path.name,
+        "log": path.name,
         "tests": [_test_document(one) for one in analysis.tests],
         "tracks": [
             {

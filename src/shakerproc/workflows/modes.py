@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
 from shakerproc.campaign.mode_trends import told_of_modes
 from shakerproc.errors import ArgumentError
 from shakerproc.modal.analysis import ModalAnalysis
+from shakerproc.modal.from_functions import analyse_functions
 from shakerproc.modal.from_log import analyse_log
+from shakerproc.recordings.response_functions import holds_functions, read_functions
 from shakerproc.testlog import Modal, Test, TestLog
 from shakerproc.workflows.arguments import (
     choice_of,
@@ -45,12 +48,12 @@ class Modes(Shown):
     ----------
     found : shakerproc.modal.analysis.ModalAnalysis
         Poles, shapes, models, diagrams and response functions of every test.
-    log : TestLog
-        What was analysed.
+    path : Path
+        The test log, or the file of response functions, that was analysed.
     """
 
     found: ModalAnalysis
-    log: TestLog
+    path: Path
 
     def to_pandas(self) -> "DataFrame":
         """Return frequency and damping with 95 % limits: a row for each mode of each test."""
@@ -73,7 +76,7 @@ class Modes(Shown):
 
     def as_json(self) -> dict[str, Any]:
         """Return the analysis as report.json holds it."""
-        return document_of(self.found, self.log)
+        return document_of(self.found, self.path)
 
     @property
     def figures(self) -> tuple[str, ...]:
@@ -107,11 +110,11 @@ class Modes(Shown):
         told += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
         told += [f"test {one.name}: {note}" for one in self.found.tests for note in one.notes]
         names = ["test", "mode", "frequency_hz", "damping", "damping_low", "damping_high"]
-        return html(f"{self.log.title}: modes", told, self.to_pandas()[names])
+        return html(f"{self.found.title}: modes", told, self.to_pandas()[names])
 
 
 def modes(
-    log: TestLog,
+    log: TestLog | Path | str,
     *,
     tests: Sequence[object] = (),
     against: TestLog | None = None,
@@ -126,8 +129,8 @@ def modes(
 
     Parameters
     ----------
-    log : TestLog
-        What `read_log` returned.
+    log : TestLog, Path or str
+        What `read_log` returned; or a file of response functions (UFF, CSV or MAT).
     tests : sequence of int or str
         Ids of the tests; by default all that are not discarded.
     against : TestLog, optional
@@ -153,19 +156,28 @@ def modes(
     LogError
         If there is no such test.
     """
+    if isinstance(log, (str, Path)) and holds_functions(Path(log)):
+        return modes_of_functions(Path(log), _wish(Modal(), band, count, keep))
     read = log_of(log)
     other = None if against is None else log_of(against, "against")
     ids = list_of("tests", tests, "ids of tests")
     chosen = [read.find(str(one)) for one in ids] if ids else read.active
+    wish = _wish(read.modal, band, count, keep)
+    wish = replace(wish, together=switch_of("together", together) or wish.together)
+    return modes_of(read, chosen, wish, other)
+
+
+def _wish(
+    said: Modal, band: tuple[float, float] | None, count: int | None, keep: Sequence[float]
+) -> Modal:
+    """Return how modes are looked for, by what arguments say, else by the log."""
     near = tuple(positive_of("keep", one) for one in list_of("keep", keep, "frequencies"))
     wish = wish_of(
-        read.modal,
+        said,
         band=None if band is None else _band_of(band),
         count=None if count is None else whole_of("count", count, 1, MOST_MODES),
     )
-    all_in_one = switch_of("together", together) or wish.together
-    wish = replace(wish, together=all_in_one, keep=near or wish.keep)
-    return modes_of(read, chosen, wish, other)
+    return replace(wish, keep=near or wish.keep)
 
 
 def _band_of(given: Any) -> tuple[float, float]:
@@ -191,7 +203,27 @@ def modes_of(
 ) -> Modes:
     """Return the modes of tests, and of those of a second log; see `modes`."""
     more = None if against is None else (against, against.active)
-    return Modes(analyse_log(log, tests, wish, against=more, progress=progress), log)
+    return Modes(analyse_log(log, tests, wish, against=more, progress=progress), log.path)
+
+
+def modes_of_functions(path: Path, wish: Modal | None = None) -> Modes:
+    """Return the modes of the response functions in a file, without a test log.
+
+    Parameters
+    ----------
+    path : Path
+        UFF, CSV or MAT.
+    wish : Modal, optional
+        How modes are looked for.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no response functions.
+    SpectrumError
+        If they do not allow it.
+    """
+    return Modes(analyse_functions(read_functions(path), wish or Modal()), path)
 
 
 def wish_of(

@@ -39,7 +39,15 @@ def compare(
     model: Annotated[
         Path, typer.Argument(metavar="MODEL", help="Model (YAML).", exists=True, dir_okay=False)
     ],
-    log: options.LogArgument,
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TESTLOG|FUNCTIONS",
+            help="Test log (YAML), or measured response functions (.uff, .csv, .mat).",
+            exists=True,
+            dir_okay=False,
+        ),
+    ],
     fit: Annotated[
         bool,
         typer.Option("--fit", help="Fit the model's numbers first, with 95 % intervals."),
@@ -54,6 +62,15 @@ def compare(
             dir_okay=False,
         ),
     ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--at",
+            metavar="NAME=PLACE",
+            help="Sensor or place of the model that a name in FUNCTIONS stands for; may be "
+            "repeated.",
+        ),
+    ] = None,
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
@@ -65,19 +82,27 @@ def compare(
     The model is driven by the measured control signal (the mean of the controls, or the
     measured force) and its sensors are compared with the channels of the same name. Where
     nothing drives it, frequency and damping over amplitude are compared with free decays.
+    Response functions that an analyser has exported are compared with those of the model's
+    linear part, without a log.
     """
     from shakerproc.cli.compiling import announce
     from shakerproc.comparison import explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
+    from shakerproc.recordings.response_functions import holds_functions
     from shakerproc.report.evidence.models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
     from shakerproc.workflows.evidence import Evidence, inputs_of
 
+    folder = Path(f"{model.stem}_compare") if out is None else out
+    if holds_functions(log):
+        _functions(folder, (model, log), at, alone=not fit and not before, json=json, pdf=pdf)
+        return
+    if at:
+        raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
     announce()
-    folder = Path(f"{model.stem}_compare") if out is None else out
     folders.own_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
@@ -114,6 +139,50 @@ def compare(
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
     next_step.after_comparing(model, log, json, explained=explained(found))
+
+
+def _functions(
+    folder: Path,
+    given: tuple[Path, Path],
+    at: list[str] | None,
+    *,
+    alone: bool,
+    json: str | None,
+    pdf: bool,
+) -> None:
+    """Compare the linear part of a model with response functions of a file."""
+    from shakerproc.comparison.document import mode_rows
+    from shakerproc.model_files import read_model
+    from shakerproc.recordings import read_hashed
+    from shakerproc.workflows.functions import COLUMNS, compare_file
+
+    if not alone:
+        raise typer.BadParameter("--fit and --before are for test logs")
+    folders.own_folder(folder, "compare")
+    model, model_hash = read_hashed(read_model, given[0])
+    compared = compare_file(model, given[1], at or [])
+    found = compared.found
+    inputs = [
+        ("model", given[0].name, model_hash),
+        ("response functions", given[1].name, found.measured.sha256),
+    ]
+    with output.results(folder, "compare"):
+        page = compared.write(folder, output.command(), inputs)
+    output.write_json(compared.as_json(), json)
+    output.print_table(
+        COLUMNS,
+        compared.rows,
+        title="Response functions, measured and of the model",
+        json_target=json,
+        elsewhere=str(folder / "functions.csv"),
+    )
+    if found.modes is not None and mode_rows(found.modes):
+        _print_modes(found.modes, folder, json)
+    for note in found.notes:
+        output.message(f"note: {note}")
+    output.data(found.sentence, json_target=json)
+    output.message(f"results in {folder}, report: {page}")
+    output.print_if(pdf, page)
 
 
 def _decays(

@@ -13,7 +13,9 @@ def convert(
     out: Annotated[
         Path,
         typer.Argument(
-            metavar="OUT", help="New file: .tdms, .csv, .mat, .uff or .parquet.", dir_okay=False
+            metavar="OUT",
+            help="New file: .tdms, .csv, .mat, .uff, .parquet, .h5 or .mf4.",
+            dir_okay=False,
         ),
     ],
     group: options.GroupOption = None,

@@ -16,6 +16,7 @@ EXTRAS = {
     "cluster": "batch, study and diagnose on several machines (--scheduler)",
     "parquet": "recordings and tables in Parquet (.parquet), recordings in Feather",
     "xlsx": "recordings and a calibration sheet in XLSX",
+    "recorders": "recordings in MDF (.mf4, .mdf), enDAQ IDE (.ide) and imc FAMOS (.raw)",
     "docs": "building the manual",
     "dev": "the tests and the checks of the code",
 }

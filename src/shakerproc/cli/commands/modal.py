@@ -57,7 +57,12 @@ TogetherOption: TypeAlias = Annotated[
 def modal(
     log: Annotated[
         Path,
-        typer.Argument(metavar="TESTLOG", help="Test log (YAML).", exists=True, dir_okay=False),
+        typer.Argument(
+            metavar="TESTLOG|FUNCTIONS",
+            help="Test log (YAML), or measured response functions (.uff, .csv, .mat).",
+            exists=True,
+            dir_okay=False,
+        ),
     ],
     test: TestOption = None,
     against: AgainstOption = None,
@@ -73,19 +78,34 @@ def modal(
     """Find natural frequencies, damping and mode shapes from the tests of a log.
 
     Inputs are the controls, else the force channels; where there are none, output only. Modes
-    are chosen automatically and followed from test to test.
+    are chosen automatically and followed from test to test. Response functions that an analyser
+    has exported are taken as they are, without a log.
     """
     from shakerproc.cli.modal_output import print_analysis, write_folder
-    from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.modes import modes_of, wish_of
+    from shakerproc.recordings.response_functions import holds_functions
+    from shakerproc.testlog import Modal, read_testlog
+    from shakerproc.workflows.modes import modes_of, modes_of_functions, wish_of
 
+    folder = output.out_folder(out, f"{log.stem}_modal")
+    if holds_functions(log):
+        if test or against is not None or together:
+            raise typer.BadParameter(
+                "--test, --against and --together are for test logs, not for response functions"
+            )
+        folders.own_folder(folder, "modal")
+        wish = wish_of(Modal(), band=_band(from_hz, to_hz), count=count, order=order)
+        measured = modes_of_functions(log, wish)
+        output.write_json(measured.as_json(), json)
+        print_analysis(measured.found, json)
+        write_folder(folder, measured.found, measured.as_json(), [log], figures=figures)
+        output.message(f"results in {folder}")
+        return
     read = read_testlog(log)
     output.say_left_out(read)
     wish = wish_of(read.modal, band=_band(from_hz, to_hz), count=count, order=order)
     wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
-    folder = output.out_folder(out, f"{log.stem}_modal")
     folders.own_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:

@@ -6,7 +6,9 @@ from types import MappingProxyType
 
 from shakerproc.data import Recording
 from shakerproc.recordings.writers.columns import write_csv, write_parquet
+from shakerproc.recordings.writers.hdf5 import write_hdf5
 from shakerproc.recordings.writers.matlab import write_mat
+from shakerproc.recordings.writers.mdf import write_mf4
 from shakerproc.recordings.writers.tdms import write_tdms
 from shakerproc.recordings.writers.uff import write_uff
 
@@ -17,7 +19,19 @@ WRITERS: Mapping[str, Callable[[Path, Recording], None]] = MappingProxyType({
     ".uff": write_uff,
     ".unv": write_uff,
     ".parquet": write_parquet,
+    ".h5": write_hdf5,
+    ".hdf5": write_hdf5,
+    ".mf4": write_mf4,
 })
 """What writes a file, by its ending in small letters."""
 
-__all__ = ["WRITERS", "write_csv", "write_mat", "write_parquet", "write_tdms", "write_uff"]
+__all__ = [
+    "WRITERS",
+    "write_csv",
+    "write_hdf5",
+    "write_mat",
+    "write_mf4",
+    "write_parquet",
+    "write_tdms",
+    "write_uff",
+]

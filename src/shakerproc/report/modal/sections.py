@@ -179,7 +179,7 @@ def _synthesis(one: TestModes) -> list[PageFigure]:
                         Curve("modal model", functions.frequency, model, 1),
                     ],
                     Axis("frequency [Hz]", *one.band),
-                    _magnitude(measured, ratio),
+                    magnitude_axis(measured, ratio),
                 ),
                 title=f"Response function of {sensor.name} over {name}",
             )
@@ -244,7 +244,7 @@ def _reciprocal(pair: Reciprocal) -> PageFigure:
                 for name, values, look in zip(pair.names, pair.functions, (0, 1), strict=True)
             ],
             Axis("frequency [Hz]", pair.frequency[0], pair.frequency[-1]),
-            _magnitude(factor * np.abs(pair.functions), ratio),
+            magnitude_axis(factor * np.abs(pair.functions), ratio),
         ),
         title=f"Reciprocity of {pair.names[0]}",
     )
@@ -252,7 +252,8 @@ def _reciprocal(pair: Reciprocal) -> PageFigure:
     return PageFigure(f"{pair.names[0]} and back", caption, drawing)
 
 
-def _magnitude(values: FloatArray, ratio: str) -> Axis:
+def magnitude_axis(values: FloatArray, ratio: str) -> Axis:
+    """Return the logarithmic axis of magnitudes [ratio], five decades at most."""
     top = float(np.nanmax(values, initial=1e-300))
     low = max(float(np.nanmin(values[values > 0.0], initial=top)), 1e-5 * top)
     return Axis(f"|H1| [{ratio or '-'}]", low / 1.5, 2.0 * top, logarithmic=True)
@@ -309,6 +310,11 @@ _WITH_INPUT: Final = (
     "coloured or shared by the sensors, not for what drifts from test to test: that is the "
     "scatter over tests."
 )
+_EXPORTED: Final = (
+    "Response functions that a file holds are fitted as they are, without samples: window and "
+    "leakage of the analyser stay in them, and a damping that their lines do not resolve comes "
+    "out too large."
+)
 _OUTPUT_ONLY: Final = (
     "Where no input was measured, poles come from covariance-driven stochastic subspace "
     "identification (Peeters and De Roeck, 1999) over orders; intervals from leaving out one "
@@ -335,11 +341,16 @@ _REFERENCES: Final = (
 def methods_of(analysis: ModalAnalysis) -> Methods:
     """Return the methods of an analysis, those that it took."""
     output_only = any(one.modes.model is None for one in analysis.tests)
+    exported = any(one.modes.method == "response functions" for one in analysis.tests)
     with_input = any(one.modes.model is not None for one in analysis.tests)
     names = ("numpy", "scipy")
     packages = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     return Methods(
-        [*([_WITH_INPUT] if with_input else []), *([_OUTPUT_ONLY] if output_only else [])],
+        [
+            *([_WITH_INPUT] if with_input else []),
+            *([_EXPORTED] if exported else []),
+            *([_OUTPUT_ONLY] if output_only else []),
+        ],
         _REFERENCES,
         f"{packages}, Python {platform.python_version()} on {platform.system()}",
     )

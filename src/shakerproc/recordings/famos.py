@@ -1,0 +1,169 @@
+"""Read imc FAMOS (.raw, .dat): channels, each with its step, a slice at a time.
+
+imctermite reads the keys of both versions of the format, and scales the samples.
+"""
+
+import re
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray, SampleSource
+from shakerproc.errors import RecordingError
+from shakerproc.late import without
+from shakerproc.recordings.guard import AGAIN, foreign
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.trial import check_survived
+
+MAGIC: Final = b"|CF,"
+"""How a file begins."""
+
+_ZERO: Final = datetime(1980, 1, 1, tzinfo=UTC)
+"""When the clocks of imc begin to count."""
+
+_LATEST_S: Final = 3_784_752_000.0
+"""Seconds from then to 2099: a start that is later is none [s]."""
+
+
+_KEY: Final = re.compile(rb"[\s]*\|[A-Za-z]{2},\d+,\s*(\d{1,18}),")
+"""How a block begins: a mark, its version, and the bytes up to the semicolon that ends it."""
+
+
+def read_famos(path: Path, run: str) -> RawFile:
+    """Return the channels of an imc file; events and pairs of values are named and left out.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, holds no channels, or imctermite is not installed.
+    """
+    if lacks := without("imctermite", "imc FAMOS", "recorders", "export it as MAT or CSV"):
+        raise RecordingError(f"{run}: {lacks}")
+    _check_blocks(path, run)
+    check_survived(path, run, "shakerproc.recordings.famos:try_famos")
+    with foreign(run, "reading the file"):
+        return _described(path, run)
+
+
+def _check_blocks(path: Path, run: str) -> None:
+    """Pass a file whose blocks follow each other to its end, as they say.
+
+    imctermite fills in what a file lacks, and says so on the terminal only.
+
+    Raises
+    ------
+    RecordingError
+        If one ends elsewhere.
+    """
+    size, at = path.stat().st_size, 0
+    with path.open("rb") as file:
+        head = file.read(64)
+        while head.startswith(MAGIC) or at:
+            if not head.strip():
+                return
+            found = _KEY.match(head)
+            end = at + (found.end() + int(found[1]) if found is not None else 0)
+            file.seek(end)
+            if found is None or file.read(1) != b";":
+                raise RecordingError(
+                    f"{run}: byte {at}: a block of the file does not end where it says; the "
+                    f"file has {size} bytes. {AGAIN}"
+                )
+            at = end + 1
+            head = file.read(64)
+
+
+def try_famos(path: Path) -> None:
+    """Open a file and read the first values of each channel; the process may die of it."""
+    raw = _described(path, path.name)
+    for group in raw.groups:
+        for channel in group.channels:
+            if channel.row >= 0:
+                raw.source.read([channel.row], 0, min(channel.n_samples, 16))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class FamosSource(SampleSource):
+    """Samples of channels, read when they are asked for.
+
+    Attributes
+    ----------
+    run : str
+        Name of the run, for messages.
+    file : imctermite.ImcTermite
+        The file.
+    keys : tuple of str
+        Of each row.
+    """
+
+    run: str
+    file: Any
+    keys: tuple[str, ...]
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        out = np.empty((len(rows), max(0, stop - start)))
+        if out.size:
+            with foreign(self.run, "reading the samples"):
+                for line, row in zip(out, rows, strict=True):
+                    pieces = self.file.iter_channel_numpy(
+                        self.keys[row], include_x=False, chunk_rows=line.size, start_index=start
+                    )
+                    with closing(pieces):
+                        line[:] = next(pieces)["y"]
+        return out
+
+    def close(self) -> None:
+        """Leave the file, which is open only while samples are read."""
+
+
+def _described(path: Path, run: str) -> RawFile:
+    """Return the channels of a file.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no channels.
+    """
+    from imctermite import ImcTermite
+
+    file = ImcTermite(str(path))
+    keys: list[str] = []
+    channels: list[RawChannel] = []
+    for one in file.get_channels_metadata():
+        problem = ""
+        if one.kind != "numeric":
+            problem = "it holds events, not even samples"
+        elif one.dimension != 1:
+            problem = "it holds pairs of values, not even samples"
+        channels.append(_channel(one, -1 if problem else len(keys), problem))
+        if not problem:
+            keys.append(one.uuid)
+    if not channels:
+        raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
+    return RawFile((RawGroup("", tuple(channels)),), FamosSource(run, file, tuple(keys)))
+
+
+def _channel(one: Any, row: int, problem: str) -> RawChannel:
+    """Return a channel as the file describes it."""
+    at = float(one.absolute_trigger_time)
+    axis = TimeAxis(
+        "key CD", step=float(one.x_step_width), start=float(one.x_offset), unit=one.x_unit,
+        quantity="" if one.x_unit else one.x_name,
+    )  # fmt: skip
+    return RawChannel(
+        name=one.name,
+        row=row,
+        n_samples=int(one.sample_count),
+        promised=int(one.sample_count),
+        unit=one.y_unit,
+        problem=problem,
+        axes=(axis,),
+        start_time=_ZERO + timedelta(seconds=at) if 0.0 < at < _LATEST_S else None,
+    )

@@ -1,0 +1,268 @@
+"""Read response functions from a table of text, or from arrays of MATLAB.
+
+A column of a table is a part of a function: ``12/z to 1/z real [m/s^2/N]``, ``... imag``, or
+``... magnitude`` and ``... phase [deg]``; ``... coherence`` belongs to it.
+"""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.response_functions import Function, FunctionFile, Kind
+
+LARGEST: Final = 1 << 30
+"""Bytes of a file that is read at once."""
+
+_FREQUENCY: Final = re.compile(
+    r"(?:frequency|freq|f)\s*(?:_hz|[\[(]\s*hz\s*[\])])?", re.IGNORECASE
+)
+_COLUMN: Final = re.compile(
+    r"(?P<response>.+?)\s+(?:to|over)\s+(?P<input>.+?)[\s,:]+"
+    r"(?P<part>real|re|imag(?:inary)?|im|magnitude|mag|abs|amplitude|phase|coherence)\.?"
+    r"\s*(?:[\[(](?P<unit>.*)[\])])?",
+    re.IGNORECASE,
+)
+_PARTS: Final = {
+    "re": "real", "im": "imag", "imaginary": "imag", "mag": "magnitude", "abs": "magnitude",
+    "amplitude": "magnitude",
+}  # fmt: skip
+_LAYOUT: Final = (
+    "Expected a column frequency [Hz], and for each function columns such as "
+    "'12/z to 1/z real [m/s^2/N]' and '12/z to 1/z imag', or magnitude and phase [deg]"
+)
+_ARRAYS: Final = {
+    "frequency": ("frequency", "freq", "f", "frequency_hz"),
+    "values": ("frf", "h", "h1", "frfs", "functions"),
+    "coherence": ("coherence", "coh", "gamma2"),
+}  # fmt: skip
+
+
+@final
+@dataclass(slots=True, eq=False)
+class _Parts:
+    """The columns of a function: which, and in which unit."""
+
+    columns: dict[str, int] = field(default_factory=dict)
+    unit: str = ""
+    angle: str = "deg"
+
+
+def read_csv_functions(path: Path, run: str) -> FunctionFile:
+    """Return the functions of a table of text.
+
+    Raises
+    ------
+    RecordingError
+        If it is no such table; the line is named.
+    """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise RecordingError(f"{run}: more than {LARGEST >> 20} MB. Save it as MAT or UFF.")
+        lines = path.read_text("utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordingError(f"{run}: cannot be read as text: {error}. {AGAIN}") from error
+    delimiter = max(",;\t", key=lines[0].count) if lines else ","
+    rows = list(csv.reader(lines, delimiter=delimiter))
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    at = next((i for i, name in enumerate(header) if _FREQUENCY.fullmatch(name)), None)
+    if at is None:
+        raise RecordingError(f"{run}:1: no column of frequencies. {_LAYOUT}.")
+    values = np.array([
+        _numbers(cells, len(header), f"{run}:{number}", delimiter)
+        for number, cells in enumerate(rows[1:], 2)
+        if any(cell.strip() for cell in cells)
+    ]).reshape(-1, len(header))
+    found, others = _columns(header, at)
+    functions = [
+        one
+        for key, parts in found.items()
+        for one in _of_parts(key, parts, values, values[:, at], run)
+    ]
+    notes = [f"Columns that are no response functions: {', '.join(others[:20])}."]
+    return FunctionFile(tuple(functions), {}, tuple(notes * bool(others)))
+
+
+def _numbers(cells: Sequence[str], count: int, where: str, delimiter: str) -> list[float]:
+    """Return the numbers of a line.
+
+    Raises
+    ------
+    RecordingError
+        If there are more or fewer than columns, or one is none.
+    """
+    if len(cells) != count:
+        raise RecordingError(f"{where}: {len(cells)} cells below {count} headers. {AGAIN}")
+    found = []
+    for cell in cells:
+        text = cell.strip().replace(",", ".") if delimiter != "," else cell
+        try:
+            found.append(float(text))
+        except ValueError as error:
+            raise RecordingError(
+                f"{where}: expected a number, found {shown(cell, 30)}. {AGAIN}"
+            ) from error
+    return found
+
+
+def _columns(
+    header: Sequence[str], frequency: int
+) -> tuple[dict[tuple[str, str], _Parts], list[str]]:
+    """Return the columns of each function, by response and input, and what is none."""
+    found: dict[tuple[str, str], _Parts] = {}
+    others = []
+    for number, name in enumerate(header):
+        match = _COLUMN.fullmatch(name)
+        if match is None:
+            others += [shown(name, 40)] * (number != frequency)
+            continue
+        parts = found.setdefault((match["response"], match["input"]), _Parts())
+        part = match["part"].lower()
+        part = _PARTS.get(part, part)
+        parts.columns[part] = number
+        unit = (match["unit"] or "").strip()
+        if part == "phase":
+            parts.angle = unit or "deg"
+        elif part != "coherence" and unit:
+            parts.unit = unit
+    return found, others
+
+
+def _of_parts(
+    key: tuple[str, str], parts: _Parts, values: FloatArray, lines: FloatArray, run: str
+) -> Iterator[Function]:
+    """Yield the function that columns are parts of, and its coherence.
+
+    Raises
+    ------
+    RecordingError
+        If a part is missing.
+    """
+    there, where = parts.columns, f"{key[0]} to {key[1]}"
+    up, down = units_of(parts.unit)
+    if "coherence" in there:
+        coherence = values[:, there["coherence"]].astype(complex)
+        yield Function(where, "coherence", *key, "", "", lines, coherence)
+    if {"real", "imag"} <= set(there):
+        values = values[:, there["real"]] + 1j * values[:, there["imag"]]
+    elif {"magnitude", "phase"} <= set(there):
+        turn = np.pi / 180.0 if parts.angle.casefold().startswith("deg") else 1.0
+        values = values[:, there["magnitude"]] * np.exp(1j * turn * values[:, there["phase"]])
+    else:
+        raise RecordingError(f"{run}: {where} has only {', '.join(there)}. {_LAYOUT}.")
+    yield Function(where, "response function", *key, up, down, lines, values)
+
+
+def units_of(ratio: str) -> tuple[str, str]:
+    """Return the units of response and input in one of a function.
+
+    Examples
+    --------
+    >>> units_of("m/s^2/N"), units_of("(m/s^2)/N"), units_of("g/g"), units_of("")
+    (('m/s^2', 'N'), ('m/s^2', 'N'), ('g', 'g'), ('', ''))
+    """
+    up, _, down = ratio.replace(" per ", "/").rpartition("/")
+    return up.strip(" ()"), down.strip(" ()")
+
+
+def read_mat_functions(path: Path, run: str) -> FunctionFile:
+    """Return the functions of a MAT file: an array of them, and a vector of frequencies.
+
+    The array ``frf`` (or ``H``) has an axis for the frequencies, ``f``, and before or behind it
+    one for the responses and perhaps one for the inputs; ``coherence`` likewise. Texts
+    ``responses``, ``inputs``, ``response_unit`` and ``input_unit`` name them.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no such arrays.
+    """
+    from scipy import io as scipy_io
+
+    if path.stat().st_size > LARGEST:
+        raise RecordingError(f"{run}: more than {LARGEST >> 20} MB. Save fewer functions.")
+    with foreign(run, "reading the file"):
+        content: dict[str, Any] = scipy_io.loadmat(path, squeeze_me=False)
+    by_name = {name.casefold(): value for name, value in content.items()}
+    arrays = {
+        what: next((by_name[name] for name in names if name in by_name), None)
+        for what, names in _ARRAYS.items()
+    }
+    lines, values = arrays["frequency"], arrays["values"]
+    if not _is_numeric(lines) or not _is_numeric(values):
+        raise RecordingError(
+            f"{run}: expected an array frf (or H) of response functions and a vector f of "
+            f"frequencies [Hz]; the file holds {', '.join(sorted(content))[:160]}."
+        )
+    frequency = np.asarray(lines, dtype=np.float64).reshape(-1)
+    matrix = _with_lines_last(np.asarray(values), frequency.size, run)
+    coherence = arrays["coherence"]
+    sides = dict(zip(("response", "input"), matrix.shape[:2], strict=True))
+    names = [_texts(by_name, key, count) for key, count in sides.items()]
+    units = [_texts(by_name, f"{key}_unit", count) for key, count in sides.items()]
+    functions = list(_cells(matrix, frequency, names, units, "response function"))
+    if _is_numeric(coherence):
+        other = _with_lines_last(np.asarray(coherence), frequency.size, run)
+        functions += _cells(other, frequency, names, units, "coherence")
+    return FunctionFile(tuple(functions), {})
+
+
+def _is_numeric(array: Any) -> bool:
+    return array is not None and np.asarray(array).dtype.kind in "iufc"
+
+
+def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
+    """Return functions as (n_responses, n_inputs, n_lines).
+
+    Raises
+    ------
+    RecordingError
+        If not exactly one end of the axes is as long as there are frequencies.
+    """
+    shape = values.shape
+    if len(shape) not in {2, 3} or (shape[0] == n) == (shape[-1] == n):
+        raise RecordingError(
+            f"{run}: the functions are {' x '.join(map(str, shape))} numbers for {n} "
+            "frequencies. Save them as frequencies x responses x inputs."
+        )
+    if shape[0] == n:
+        values = np.moveaxis(values, 0, -1)
+    return values.reshape(values.shape[0], -1, n).astype(np.complex128)
+
+
+def _texts(content: Mapping[str, Any], key: str, count: int) -> list[str]:
+    """Return the texts of each channel of a side; empty ones where there are none."""
+    value = next((content[name] for name in (key, f"{key}s") if name in content), None)
+    array = np.asarray([] if value is None else value).reshape(-1)
+    found = [str(np.asarray(one).reshape(-1)[0]) if np.size(one) else "" for one in array]
+    if len(found) == 1:
+        found *= count
+    return found if len(found) == count else [""] * count
+
+
+def _cells(
+    matrix: ComplexArray,
+    lines: FloatArray,
+    names: Sequence[Sequence[str]],
+    units: Sequence[Sequence[str]],
+    kind: Kind,
+) -> Iterator[Function]:
+    """Yield the functions of a matrix; what has no name is numbered."""
+    for i, row in enumerate(matrix):
+        for k, values in enumerate(row):
+            response, driven = (
+                names[0][i] or f"response {i + 1}",
+                names[1][k] or f"input {k + 1}",
+            )
+            where = f"{response} to {driven}"
+            yield Function(
+                where, kind, response, driven, units[0][i], units[1][k], lines, values
+            )

@@ -1,0 +1,284 @@
+"""Read ASAM MDF, versions 2 to 4 (.mf4, .mdf, .dat): channels by rate, a slice at a time.
+
+asammdf reads the blocks. A file holds one group of channels for each time channel, and many
+recorders write a group for each channel: groups of one rate are one group here.
+
+References
+----------
+.. [1] ASAM e.V., "ASAM MDF, measurement data format 4.2", 2019.
+"""
+
+import gc
+import logging
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray, SampleSource
+from shakerproc.errors import RecordingError
+from shakerproc.late import without
+from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.time_base import CLOCKS
+from shakerproc.recordings.trial import check_survived
+
+MAGIC: Final = (b"MDF     ", b"UnFinMF ")
+"""How a file begins; the second way, where the recorder did not close it."""
+
+_QUANTITIES: Final = {2: "Angle", 3: "Distance", 4: "Index"}
+"""What a master channel of version 4 counts that is no time."""
+
+_FIRST_YEAR: Final = 1990
+"""Dates before are of recorders without a clock."""
+
+
+def read_mdf(path: Path, run: str) -> RawFile:
+    """Return the channels of an MDF file, those of one rate as a group.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or asammdf is not installed.
+    """
+    if lacks := without("asammdf", "MDF", "recorders", "export it as TDMS, HDF5 or CSV"):
+        raise RecordingError(f"{run}: {lacks}")
+    with path.open("rb") as file:
+        if file.read(8) not in MAGIC:
+            raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
+    check_survived(path, run, "shakerproc.recordings.mdf:try_mdf")
+    file = _opened(path, run)
+    try:
+        with foreign(run, "reading the channels"):
+            return _described(file, run)
+    except BaseException:
+        file.close()
+        raise
+
+
+def try_mdf(path: Path) -> None:
+    """Open a file and look at each channel; the process may die of it."""
+    _described(_opened(path, path.name), path.name).source.close()
+
+
+@contextmanager
+def quiet_deletion() -> Iterator[None]:
+    """Keep what half-opened files raise when they are deleted off the terminal."""
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda _: None
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
+
+
+def _opened(path: Path, run: str) -> Any:
+    """Return an open file.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be opened.
+    """
+    from asammdf import MDF
+
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL + 1)  # told here, in one line
+    with quiet_deletion():
+        try:
+            return MDF(path)
+        except Exception as error:  # noqa: BLE001 - whatever the library raises is one line
+            cause = " ".join(str(error).split()) or "no reason given"
+            problem = f"{type(error).__name__}: {shown(cause, 160)}"
+        gc.collect()  # what is half open complains when it is deleted: here, not later
+    raise RecordingError(f"{run}: opening the file failed: {problem}. {AGAIN}")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class MasterTimes:
+    """The time channel of a group, read a piece at a time."""
+
+    run: str
+    file: Any
+    group: int
+    size: int
+
+    def __getitem__(self, key: slice) -> FloatArray:
+        first, last, _ = key.indices(self.size)
+        count = max(0, last - first)
+        if not count:
+            return np.empty(0)
+        with foreign(self.run, "reading the times"):
+            times = self.file.get_master(self.group, record_offset=first, record_count=count)
+            return np.asarray(times, dtype=np.float64)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class MdfSource(SampleSource):
+    """Samples of channels, read when they are asked for; NaN where they are not valid.
+
+    Attributes
+    ----------
+    run : str
+        Name of the run, for messages.
+    file : asammdf.MDF
+        The open file.
+    places : tuple of (int, int)
+        Group and channel of each row.
+    """
+
+    run: str
+    file: Any
+    places: tuple[tuple[int, int], ...]
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        out = np.empty((len(rows), max(0, stop - start)))
+        if out.size:
+            with foreign(self.run, "reading the samples"):
+                for line, row in zip(out, rows, strict=True):
+                    values, invalid = _values(self.file, self.places[row], start, stop)
+                    line[:] = values
+                    if invalid is not None:
+                        line[np.asarray(invalid, dtype=bool)] = np.nan
+        return out
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+
+def _values(file: Any, place: tuple[int, int], start: int, stop: int) -> Any:
+    """Return samples of a channel and which are not valid, None where all are."""
+    group, index = place
+    return file.get(
+        group=group, index=index, record_offset=start, record_count=stop - start,
+        samples_only=True, ignore_invalidation_bits=True,
+    )  # fmt: skip
+
+
+def _described(file: Any, run: str) -> RawFile:
+    """Return the channels and times of an open file.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no channels.
+    """
+    start = file.start_time
+    start = start if start is not None and start.year >= _FIRST_YEAR else None
+    found: list[tuple[float, str, list[RawChannel]]] = []
+    places: list[tuple[int, int]] = []
+    notes: list[str] = []
+    for number, group in enumerate(file.groups):
+        axis, step = _axis(file, number, run)
+        channels = []
+        for index, channel in enumerate(group.channels):
+            if index == file.masters_db.get(number):
+                continue
+            made = _channel(file, (number, index), channel, axis, start)
+            channels.append(replace(made, row=-1 if made.problem else len(places)))
+            if not made.problem:
+                places.append((number, index))
+                notes += _counts(channel, made.name)
+        _join(found, step, _name(group, number), channels)
+    if not any(channels for _, _, channels in found):
+        raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
+    groups = [RawGroup(name, tuple(channels)) for _, name, channels in found if channels]
+    if len(groups) == 1:
+        groups = [replace(groups[0], name="")]
+    return RawFile(tuple(groups), MdfSource(run, file, tuple(places)), tuple(notes))
+
+
+def _join(
+    found: list[tuple[float, str, list[RawChannel]]],
+    step: float,
+    name: str,
+    channels: list[RawChannel],
+) -> None:
+    """Add channels to the group that has their step [s], or as a group of its own."""
+    alike = (there for there in found if step and abs(there[0] / step - 1.0) <= CLOCKS)
+    there = next(alike, None)
+    if there is not None:
+        there[2].extend(channels)
+        return
+    names = {other for _, other, _ in found}
+    unique = name if name not in names else f"{name} ({len(found) + 1})"
+    found.append((step, unique, channels))
+
+
+def _axis(file: Any, number: int, run: str) -> tuple[TimeAxis | None, float]:
+    """Return the time axis of a group as stated, and its mean step [s]; 0 without one."""
+    group, index = file.groups[number], file.masters_db.get(number)
+    count = int(group.channel_group.cycles_nr)
+    if index is None:
+        return None, 0.0
+    master = group.channels[index]
+    times = MasterTimes(run, file, number, count)
+    quantity = _QUANTITIES.get(getattr(master, "sync_type", 1), "")
+    name = master.name or "master channel"
+    axis = TimeAxis(
+        f"time channel {shown(name, 40)}", times=times, quantity=quantity,
+        unit=_unit(file, (number, index)) or ("" if quantity else "s"), name=name,
+    )  # fmt: skip
+    if count < 2:
+        return axis, 0.0
+    return axis, float(times[count - 1 : count][0] - times[:1][0]) / (count - 1)
+
+
+def _unit(file: Any, place: tuple[int, int]) -> str:
+    return str(file.get_channel_unit(group=place[0], index=place[1]) or "").strip("\0 ")
+
+
+def _channel(
+    file: Any,
+    place: tuple[int, int],
+    channel: Any,
+    axis: TimeAxis | None,
+    start: datetime | None,
+) -> RawChannel:
+    """Return a channel; its first value shows whether it holds numbers."""
+    count, problem = int(file.groups[place[0]].channel_group.cycles_nr), ""
+    if count:
+        try:
+            first = np.asarray(_values(file, place, 0, 1)[0])
+            if first.dtype.kind not in "iufb" or first.ndim != 1:
+                problem = "it holds text or arrays, not numbers"
+        except Exception as error:  # noqa: BLE001 - other channels may be whole
+            problem = f"it cannot be read: {type(error).__name__}"
+    return RawChannel(
+        name=channel.name,
+        row=-1,
+        n_samples=count,
+        promised=count,
+        unit=_unit(file, place),
+        problem=problem,
+        axes=() if axis is None else (axis,),
+        start_time=start,
+    )
+
+
+def _counts(channel: Any, name: str) -> list[str]:
+    """Return a note on whole numbers that no rule of the file converts."""
+    dtype = getattr(channel, "dtype_fmt", None)
+    if channel.conversion is not None or dtype is None or np.dtype(dtype).kind not in "iu":
+        return []
+    return [
+        f"{shown(name)} holds whole numbers without a conversion: if they are counts of a "
+        "converter they lack their scale."
+    ]
+
+
+def _name(group: Any, number: int) -> str:
+    """Return the name of a group: of its source or its comment, where they are plain."""
+    about = group.channel_group
+    for text in (getattr(about, "acq_name", None), about.comment):
+        if text and not str(text).startswith("<"):
+            return str(text)
+    return f"group {number + 1}"

@@ -1,0 +1,241 @@
+"""Read MTS RPC III (.rsp, .rpc): a header of named values, then groups of samples.
+
+The format is short and the file is mapped, so that a drive file of some GB is read a slice at a
+time. Samples of 16 bits are multiplied by the scale of their channel.
+
+References
+----------
+.. [1] MTS Systems Corporation, "RPC III file specification", 2000.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakerproc.data import FloatArray, SampleSource
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.time_axis import TimeAxis, half_digit
+
+_KEY, _RECORD = 32, 128
+"""Bytes of a name, and of a name with its value."""
+
+_BLOCK: Final = 512
+_MOST_BLOCKS: Final = 1024
+_ORDERS: Final = {"BINARY": "<", "BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">"}
+_NUMBERS: Final = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
+
+
+def read_rpc3(path: Path, run: str) -> RawFile:
+    """Return the channels of an RPC III time history.
+
+    Raises
+    ------
+    RecordingError
+        If it is none, or its header is not whole.
+    """
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            header = _header(file.read(_MOST_BLOCKS * _BLOCK), run)
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    layout = _layout(header, size, run)
+    with foreign(run, "mapping the samples"):
+        samples: NDArray[Any] = np.memmap(
+            path, layout.dtype, "r", layout.first, (layout.there,), "C"
+        )
+    source = GroupedSource(run, samples, layout)
+    step = _number(header, "DELTA_T", run)
+    axes = (TimeAxis("DELTA_T", step=step, unit="s",
+                     digit=half_digit(header["DELTA_T"])),)  # fmt: skip
+    channels = tuple(
+        RawChannel(
+            name=header.get(f"DESC.CHAN_{number}") or f"channel {number}",
+            row=number - 1,
+            n_samples=min(layout.promised, layout.whole),
+            promised=layout.promised,
+            unit=header.get(f"UNITS.CHAN_{number}", ""),
+            axes=axes,
+        )
+        for number in range(1, layout.channels + 1)
+    )
+    notes = [] if "SAMPLES" in header else [
+        "The header does not say how many samples there are (SAMPLES): the last group may end "
+        "with values that only fill it."
+    ]  # fmt: skip
+    return RawFile((RawGroup("", channels),), source, tuple(notes))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the samples are: groups, in each the same number of samples of every channel.
+
+    Attributes
+    ----------
+    dtype : str
+        Of a number.
+    first : int
+        Byte of the first.
+    channels, per_group : int
+        How many channels, and samples of each in a group.
+    promised, whole : int
+        Samples of a channel that the header says, and that are there in whole groups.
+    there : int
+        Numbers that are there in whole groups.
+    scales : tuple of float
+        Of each channel [unit of the channel per count].
+    """
+
+    dtype: str
+    first: int
+    channels: int
+    per_group: int
+    promised: int
+    whole: int
+    there: int
+    scales: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class GroupedSource(SampleSource):
+    """Samples that stand in groups, read from a mapped file when they are asked for."""
+
+    run: str
+    samples: NDArray[Any]
+    layout: Layout
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        per_group = self.layout.per_group
+        count = max(0, stop - start)
+        first, last = start // per_group, -(-stop // per_group)
+        groups = self.samples.reshape(-1, self.layout.channels, per_group)[first:last]
+        out = np.empty((len(rows), count))
+        with foreign(self.run, "reading the samples"):
+            for line, row in zip(out, rows, strict=True):
+                flat = groups[:, row].reshape(-1)[start - first * per_group :][:count]
+                line[:] = flat * np.float64(self.layout.scales[row])
+        return out
+
+    def close(self) -> None:
+        """Leave the mapped file; it is closed with the last reference to it."""
+
+
+def _header(content: bytes, run: str) -> Mapping[str, str]:
+    """Return the values of a header by their names.
+
+    Raises
+    ------
+    RecordingError
+        If it is no such header, or is cut.
+    """
+    records = [content[at : at + _RECORD] for at in range(0, len(content), _RECORD)]
+    pairs = [(_text(one[:_KEY]), _text(one[_KEY:])) for one in records[:3]]
+    if [key for key, _ in pairs] != ["FORMAT", "NUM_HEADER_BLOCKS", "NUM_PARAMS"]:
+        raise RecordingError(
+            f"{run}: does not begin as an RPC III file does (FORMAT, NUM_HEADER_BLOCKS, "
+            f"NUM_PARAMS). {AGAIN}"
+        )
+    found = dict(pairs)
+    count = _whole(found, "NUM_PARAMS", run)
+    blocks = _whole(found, "NUM_HEADER_BLOCKS", run)
+    if not (3 <= count <= 4 * blocks <= 4 * _MOST_BLOCKS) or len(content) < count * _RECORD:
+        raise RecordingError(
+            f"{run}: the header says {count} values in {blocks} blocks: no fit. {AGAIN}"
+        )
+    return {_text(one[:_KEY]): _text(one[_KEY:]) for one in records[:count]}
+
+
+def _text(cell: bytes) -> str:
+    return cell.decode("latin-1").partition("\0")[0].strip()
+
+
+def _layout(header: Mapping[str, str], size: int, run: str) -> Layout:
+    """Return where the samples are.
+
+    Raises
+    ------
+    RecordingError
+        If the header does not say it, or they are of a kind that is not read.
+    """
+    kind = header.get("FILE_TYPE", "TIME_HISTORY")
+    if kind != "TIME_HISTORY":
+        raise RecordingError(
+            f"{run}: holds {shown(kind, 40)}, no time history. Export the samples over time."
+        )
+    stated = header["FORMAT"], header.get("DATA_TYPE", "SHORT_INTEGER")
+    order, number = _ORDERS.get(stated[0]), _NUMBERS.get(stated[1])
+    if order is None or number is None:
+        raise RecordingError(
+            f"{run}: numbers of {shown(' '.join(stated), 60)} are not read. Save the file as "
+            "BINARY with SHORT_INTEGER or FLOATING_POINT."
+        )
+    channels, per_group = (_whole(header, k, run) for k in ("CHANNELS", "PTS_PER_GROUP"))
+    frames, per_frame = (_whole(header, k, run) for k in ("FRAMES", "PTS_PER_FRAME"))
+    if not channels or not per_group or per_group % max(per_frame, 1):
+        raise RecordingError(
+            f"{run}: {channels} channels in groups of {per_group} and frames of {per_frame} "
+            f"samples do not fit. {AGAIN}"
+        )
+    first = _whole(header, "NUM_HEADER_BLOCKS", run) * _BLOCK
+    dtype = np.dtype(order + number)
+    groups = max(0, size - first) // (dtype.itemsize * channels * per_group)
+    framed = frames * per_frame
+    promised = _whole(header, "SAMPLES", run) if "SAMPLES" in header else framed
+    if promised > framed:
+        raise RecordingError(
+            f"{run}: the header says {promised} samples in {framed} places. {AGAIN}"
+        )
+    if not groups:
+        raise RecordingError(f"{run}: the file ends before its first samples. {AGAIN}")
+    scaled = stated[1] == "SHORT_INTEGER"
+    numbers = range(1, channels + 1)
+    scales = [_number(header, f"SCALE.CHAN_{n}", run) if scaled else 1.0 for n in numbers]
+    return Layout(
+        dtype.str, first, channels, per_group, promised, groups * per_group,
+        groups * per_group * channels, tuple(scales),
+    )  # fmt: skip
+
+
+def _number(header: Mapping[str, str], key: str, run: str) -> float:
+    """Return a number of the header.
+
+    Raises
+    ------
+    RecordingError
+        If it is none.
+    """
+    try:
+        value = float(header.get(key, ""))
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise RecordingError(
+            f"{run}: the header has {key} {shown(header.get(key, 'nowhere'), 30)}, which is no "
+            f"number. {AGAIN}"
+        )
+    return value
+
+
+def _whole(header: Mapping[str, str], key: str, run: str) -> int:
+    """Return a whole number of the header, at least 0.
+
+    Raises
+    ------
+    RecordingError
+        If it is none.
+    """
+    value = _number(header, key, run)
+    if value != int(value) or not 0 <= value < 1 << 40:
+        raise RecordingError(
+            f"{run}: {key} is {shown(header[key], 30)}, no whole number. {AGAIN}"
+        )
+    return int(value)

@@ -1,0 +1,1 @@
+"""Tests of shakerproc; a package, so that no other one called tests stands before it."""

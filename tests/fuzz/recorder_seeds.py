@@ -1,0 +1,56 @@
+"""Small recordings of recorders: RPC III of the core, the others of the extra `recorders`."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from tests.fuzz.seeds import CHANNELS, N_ROWS, RATE, Seed, numbers, taken
+from tests.recordings.recorder_files import rpc3_bytes, write_famos, write_ide, write_mdf
+
+from shakerproc.data import STANDARD_GRAVITY
+
+STATED = (b"DELTA_T", b"SAMPLES", b"FRAMES")
+
+
+def mts(_: Path) -> Seed:
+    """Two channels of whole numbers in groups of 16, after the format's description."""
+    counts = np.rint(numbers(25) * 2.0**12).astype(int)
+    content = rpc3_bytes(counts, [2.0**-12, 2.0**-12], 1.0 / RATE, per_group=16)
+    values = counts * 2.0**-12 * STANDARD_GRAVITY
+    stated = [range(content.index(name), content.index(name) + 128) for name in STATED]
+    return Seed("whole.rsp", content, CHANNELS, values, (), stated=tuple(stated))
+
+
+def mdf(folder: Path) -> Seed:
+    """A group with its times, as asammdf writes it."""
+    path, values, times = folder / "whole.mf4", numbers(26), np.arange(N_ROWS) / RATE
+    write_mdf(
+        path, [[(name, "g", times, row) for name, row in zip(CHANNELS, values, strict=True)]]
+    )
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def ide(folder: Path) -> Seed:
+    """Blocks of 20 samples, each with its first and its last time."""
+    path, values = folder / "whole.ide", numbers(27).astype("f4").astype(float)
+    write_ide(path, [(8, "A", "g", CHANNELS, RATE, values)], 1714979289, block=20)
+    content = taken(path)
+    scale = re.search(rb"1/1000000000", content)
+    stated = (range(scale.start() - 3, scale.end()),)  # with its element
+    return Seed(path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated)
+
+
+def famos(folder: Path) -> Seed:
+    """Version 2, a key after the other; the step of each channel stands once."""
+    path, values = folder / "whole.raw", numbers(28)
+    channels = [(name, "g", row) for name, row in zip(CHANNELS, values, strict=True)]
+    write_famos(path, channels, 1.0 / RATE, (6, 5, 2024, 7, 8, 9.25))
+    content = taken(path)
+    keys = re.finditer(rb"\|(?:C[DbP]|NT),[^;]*;", content)
+    stated = tuple(range(found.start(), found.end()) for found in keys)
+    return Seed(path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated)
+
+
+EXTRAS: dict[str, Callable[[Path], Seed]] = {"asammdf": mdf, "idelib": ide, "imctermite": famos}
+"""What writes a seed, by the package that reads it."""
