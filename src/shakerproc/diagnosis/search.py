@@ -173,10 +173,10 @@ def _begun(
         outcome = at_the_horizon(campaign, linear, [], say)
         one = told(original, linear_model, outcome, {}, ())
         return Begun(replace(one, rigid=rigid), outcome)
-    near = not original.structures or (
+    is_near = not original.structures or (
         error_of(campaign.data, linear, forms[-1].held_out) < LINEAR_ENOUGH
     )
-    campaign, explained = alone(campaign, linear, forms[-1]) if near else (campaign, False)
+    campaign, explained = alone(campaign, linear, forms[-1]) if is_near else (campaign, False)
     if original.structures:
         return _in_structures(
             original, linear_model, campaign, linear, say, explained=explained

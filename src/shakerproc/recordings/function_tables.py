@@ -152,13 +152,13 @@ def _of_parts(
         coherence = values[:, there["coherence"]].astype(complex)
         yield Function(where, "coherence", *key, "", "", lines, coherence)
     if {"real", "imag"} <= set(there):
-        values = values[:, there["real"]] + 1j * values[:, there["imag"]]
+        found: ComplexArray = values[:, there["real"]] + 1j * values[:, there["imag"]]
     elif {"magnitude", "phase"} <= set(there):
         turn = np.pi / 180.0 if parts.angle.casefold().startswith("deg") else 1.0
-        values = values[:, there["magnitude"]] * np.exp(1j * turn * values[:, there["phase"]])
+        found = values[:, there["magnitude"]] * np.exp(1j * turn * values[:, there["phase"]])
     else:
         raise RecordingError(f"{run}: {where} has only {', '.join(there)}. {_LAYOUT}.")
-    yield Function(where, "response function", *key, up, down, lines, values)
+    yield Function(where, "response function", *key, up, down, lines, found)
 
 
 def units_of(ratio: str) -> tuple[str, str]:

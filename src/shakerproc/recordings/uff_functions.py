@@ -120,7 +120,7 @@ def _function(  # noqa: PLR0917
     if values is None or record.abscissa.casefold() != "frequency":
         over = record.abscissa or "nothing that is said"
         raise RecordingError(f"{run}: {where} is over {over}, not over frequencies.")
-    even: FloatArray = record.start + record.step * np.arange(values.size)
+    even: FloatArray = record.start + record.step * np.arange(values.size, dtype=float)
     lines = even if record.times is None else record.times
     (response, _, _), (driven, _, _) = _seats(record, names)
     up, scale = _unit(record.head[8], system)

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, Linearisation
 from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.estimation.steps import SETTLED
 from shakerproc.diagnosis.estimation.tests_apart import with_tests_fitted
 from shakerproc.diagnosis.estimation.window_starts import moved, with_best_starts
 

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.least_squares import SETTLED, Fit
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.steps import SETTLED
 
 ROUNDS: Final = 8
 """Steps at most: few numbers, next to those of the other tests [-]."""

@@ -125,7 +125,7 @@ class Base:
         left = np.concatenate([weight * rows, self._prior @ x[:n]])
         slopes = np.concatenate([weight[:, None] * table, prior])
         step = np.linalg.lstsq(slopes, -left, rcond=1e-6)[0]
-        return np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+        return np.asarray(np.clip(step, -LONGEST_STEP, LONGEST_STEP))
 
     def _residual(self, own: Linearisation, x: FloatArray) -> tuple[float, FloatArray] | None:
         """Return the level of a place and the residual there; None where it runs away."""
