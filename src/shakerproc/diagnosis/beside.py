@@ -1,4 +1,4 @@
-"""Effects of decays, sought as far ahead as noise lets predict: by what each takes away."""
+"""Effects of decays, sought as far ahead as noise lets predict: by the error each takes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -45,7 +45,7 @@ RICH: Final = 4
 def with_pairs_ahead(
     found: Found, campaign: Campaign, known: Known, say: Callable[[str], None]
 ) -> Found:
-    """Return the same with what one and two effects explain of decays further ahead.
+    """Return the hypotheses with one and two effects of decays that are judged further ahead.
 
     Where what stands leaves more than noise, there or at its own horizon, or has many numbers.
     In short windows a slow change of amplitude shows as little as any; a whole decay tells it,
@@ -137,7 +137,7 @@ def _limits(campaign: Campaign, pair: Fit, form: Form, known: Known) -> list[Fit
 
 
 def _leaves_more(found: Found) -> bool:
-    """Return whether what stands leaves more than noise, at its horizon or further ahead."""
+    """Return whether the standing hypothesis leaves more than noise, there or further ahead."""
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     numbers = chosen.fit.hypothesis.size - found.linear.fit.hypothesis.size

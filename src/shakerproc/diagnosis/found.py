@@ -150,8 +150,11 @@ class Found:
         """Return the score of a hypothesis in whole tests, as `compare` simulates them.
 
         With the sensors as recorded, and laws that remember nothing from before the test; None
-        where the motion runs away. That of each is taken once.
+        where the motion runs away, and of decays, which have no run from rest. That of each is
+        taken once.
         """
+        if self.data.model.excitation.role is None:
+            return None
         if score not in self._free_runs:
             self._free_runs[score] = self._free_run(score.fit)
         return self._free_runs[score]

@@ -28,7 +28,7 @@ def raced(
     known: Known,
     say: Callable[[str], None],
 ) -> Raced:
-    """Return what is left of effects on top of a model as the lowest level tells its numbers.
+    """Return the effects that last in a race on top of a model as the lowest level tells it.
 
     Parameters
     ----------

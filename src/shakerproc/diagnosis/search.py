@@ -220,7 +220,7 @@ def _in_structures(
     *,
     explained: bool,
 ) -> Begun:
-    """Return what explains tests of structures; nothing is sought where the model does."""
+    """Return the hypotheses that explain tests of structures; none where the model does."""
     if explained:
         outcome = at_the_horizon(campaign, linear, [], say)
         return Begun(told(original, linear_model, outcome, {}, ()), outcome)

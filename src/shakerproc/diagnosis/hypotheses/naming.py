@@ -24,7 +24,7 @@ def element_names(elements: Sequence[Element]) -> dict[tuple[int, str], str]:
 
 
 def own_names(model: Model, numbers: Sequence[OwnNumber]) -> list[str]:
-    """Return what free numbers of a model are called."""
+    """Return the names of the free numbers of a model."""
     elements = element_names(model.elements)
     return [
         mode_name(number.name, *number.mode)
@@ -37,7 +37,7 @@ def own_names(model: Model, numbers: Sequence[OwnNumber]) -> list[str]:
 
 
 def mode_name(what: str, structure: str, index: int) -> str:
-    """Return what frequency or damping of a mode of a structure is called."""
+    """Return the name of frequency or damping of a mode of a structure."""
     return f"{what} {structure}, mode {index + 1}"
 
 

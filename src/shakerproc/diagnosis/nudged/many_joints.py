@@ -117,7 +117,7 @@ def _decades(sized: Sequence[tuple[float, Tried]]) -> list[Tried]:
 
 
 def _shape_and_size(added: Addition, x: FloatArray) -> tuple[tuple[float, ...], float]:
-    """Return what of a law is not the size of its force, and that size [its unit]."""
+    """Return the shape of a law beside the size of its force, and that size [its unit]."""
     values = added.values(x[-len(added.names) :])
     sizes = [float(values.pop(name)) for name in added.identification.scaled]
     size = sizes[0] if sizes else 1.0

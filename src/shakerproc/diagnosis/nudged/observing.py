@@ -1,4 +1,4 @@
-"""What sensors see of the motion of a model, and how soon a start is forgotten by it."""
+"""The motion of a model that sensors see, and the time in which it forgets a start."""
 
 from collections.abc import Mapping
 

@@ -197,11 +197,9 @@ def _holds_on(found: Found, score: Score, fewer: Sequence[Score]) -> bool:
     """Return whether none that has fewer effects predicts whole tests better.
 
     In windows that begin anew, with a memory that is fitted to each, an effect may gain what it
-    loses in a test that runs freely: there its memory is a force that each window chooses. A
-    decay has no run from rest: its start is fitted, as `compare` does.
+    loses in a test that runs freely: there its memory is a force that each window chooses.
     """
-    is_decay = found.data.model.excitation.role is None
-    if not fewer or found.form.horizon is None or is_decay:
+    if not fewer or found.form.horizon is None:
         return True
     own, others = found.free_run(score), map(found.free_run, fewer)
     return not any(one is not None and (own is None or is_better(one, own)) for one in others)
