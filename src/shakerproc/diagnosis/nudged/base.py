@@ -65,7 +65,7 @@ class Base:
         return replace(at, starts=starts)
 
     def _without_starts(self, stack: int, rows: FloatArray) -> FloatArray:
-        """Return (n_members, n_residuals, n) rows without their part along starts of windows."""
+        """Return (n_members, n_residuals, n) rows without their part along starts."""
         if not self._starts:
             return rows
         basis = self._starts[stack]
