@@ -7,6 +7,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import settings
+
 from tests.within import processes, within  # noqa: F401 - fixtures of every test
 
 mpl.use("Agg")

@@ -2,12 +2,12 @@
 
 import numpy as np
 from blind.campaigns import draw
-from tests.harmonic_balance.oscillators import duffing, gap
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.simulation import simulate
 from shakerproc.simulation.harmonic_balance.response import frequency_response
 from shakerproc.spectra import swept_response
+from tests.harmonic_balance.oscillators import duffing, gap
 
 
 def main():
