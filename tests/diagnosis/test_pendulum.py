@@ -59,6 +59,7 @@ def test_its_softening_is_named_and_judged_over_many_periods(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_dry_friction_beside_the_softening_is_found_with_it(tmp_path):
     friction = 0.15 / LENGTH  # N of each kg, over the length: of the angle [rad/s^2]
     found = diagnosed(
