@@ -201,6 +201,7 @@ def shaken(truth, level, number):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_an_effect_may_stand_where_the_model_has_nothing():
     """Friction between the base and the far mass, which no element joins."""
     truth = chain((EFFECTS["coulomb_friction"](2.0), ("base", "b")))

@@ -21,6 +21,7 @@ DRIVES = (drive(level=12.0), drive(level=20.0, number=2))
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_mode_that_a_gap_hides_is_found_beside_it():
     tests = arrays_of(campaign(WITH_MODE, hidden=((0, GAP),), drives=DRIVES, seconds=2.5))
     assert fit_linear(model(), tests).model.modes == ()
