@@ -103,6 +103,17 @@ def test_where_the_curves_disagree_says_which_law_the_model_lacks(tmp_path, kind
     assert law in found.sentence
 
 
+def test_the_rest_after_a_decay_is_said_and_its_curve_is_whole(tmp_path):
+    """Dry friction stops the mass after some two of four seconds."""
+    slides_s = PULLED * np.sqrt(STIFFNESS * MASS) * np.pi / (2.0 * 0.25)
+    test = compared(*written(tmp_path, DECAYS["friction"][0]())).found.tests[0]
+    (said,) = [note for note in test.measured.notes if "at rest" in note]
+    told_s = float(said.split("the last ")[1].split(" s ")[0])
+    assert_allclose(told_s, SECONDS - slides_s, atol=0.4)
+    amplitudes = [reading.amplitude for reading in test.modes[0].measured.fitted]
+    assert min(amplitudes) < 0.1 * max(amplitudes)
+
+
 def test_the_true_model_agrees_at_every_amplitude(tmp_path):
     more = "  - {kind: cubic_stiffness, between: [base, tip], coefficient: 1.5e9 N/m^3}\n"
     found = compared(*written(tmp_path, DECAYS["cubic"][0](), more=more, title="cubic"))

@@ -234,6 +234,13 @@ def test_a_wrong_level_is_wrong_usage(tmp_path):
     assert "--level" in found.output
 
 
+def test_how_notches_are_planned_without_notches_is_wrong_usage(tmp_path):
+    model, log = write(tmp_path / "c", (1e-3, 4e-3))
+    found = run(model, log, "--probability", "0.9", "--out", tmp_path / "out")
+    assert found.exit_code == 2
+    assert "--notch" in found.output
+
+
 def test_planned_tests_are_left_out_of_a_comparison_with_one_line(tmp_path):
     model, log = write(tmp_path / "c", (1e-3, 4e-3), PLANNED)
     found = shakerproc.compare(read_model(model), read_testlog(log)).found

@@ -151,6 +151,13 @@ def refused(path):
     return line
 
 
+def test_a_command_that_is_refused_leaves_no_folder(tmp_path):
+    table, out = tmp_path / "bad.csv", tmp_path / "out"
+    table.write_text("time [s],a [g]\n0,1\n")
+    assert run("modal", table, "--out", out) == 1
+    assert not out.exists()
+
+
 def test_what_is_wrong_with_functions_is_one_line(tmp_path):
     path, values = tmp_path / "bad.uff", accelerance(ALL, [0])
     write(path, [record(values[0, 0], 0, 0), record(values[1, 0], 0, 0)])
@@ -171,6 +178,8 @@ def test_what_is_wrong_with_functions_is_one_line(tmp_path):
     tables(table, values[:, 0])
     table.write_text(table.read_text().replace("0.5,", "half,", 1))
     assert "bad.csv:3: expected a number, found 'half'" in refused(table)
+    table.write_text("frequency [Hz],a [g]\n0.5,1\n1.0,1\n")
+    assert "bad.csv:1: no response functions in the columns 'a [g]'" in refused(table)
     tables(table, values[:, 0], unit="")
     assert "the unit is not said" in refused(table)
     matlab = tmp_path / "bad.mat"

@@ -159,6 +159,15 @@ LogArgument: TypeAlias = Annotated[
     Path,
     typer.Argument(metavar="TESTLOG", help="Test log (YAML).", exists=True, dir_okay=False),
 ]
+LogOrFunctions: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="TESTLOG|FUNCTIONS",
+        help="Test log (YAML), or measured response functions (.uff, .csv, .mat).",
+        exists=True,
+        dir_okay=False,
+    ),
+]
 RecordingArgument: TypeAlias = Annotated[
     Path, typer.Argument(metavar="RECORDING", help="Recording of one run.", exists=True)
 ]

@@ -223,7 +223,7 @@ def document_of_decays(found: DecayComparison) -> dict[str, Any]:
             {
                 "test": test.measured.name,
                 "start": test.start.tolist(),
-                "free_part_s": (test.measured.stop - test.measured.start)
+                "free_part_s": (test.measured.responses.shape[1] - test.measured.start)
                 / test.measured.sample_rate,
                 "said": list(sentences_of(test)),
                 "notes": [*test.measured.notes, *test.measured.read],

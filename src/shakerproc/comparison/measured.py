@@ -33,6 +33,7 @@ from shakerproc.data import (
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.models.validation import check_sampled
+from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
 from shakerproc.runs.remarks import unused_lines
@@ -357,7 +358,10 @@ def _measured(
     controls, responses = samples
     rate = recording.sample_rate
     start = part.start - part.first
-    stop = min(part.stop - part.first, end_of(controls, responses, rate))
+    last = part.stop - part.first
+    stop = min(last, end_of(controls, responses, rate))
+    rest_s = numeral((last - stop) / rate)
+    told = f"{recording.run}: the last {rest_s} s are at rest; errors are of what is before."
     quiet = quiet_of(controls, responses, rate)
     excited = _excited(test, rate)
     low, high = excited
@@ -367,7 +371,8 @@ def _measured(
     return Measured(
         test=test, run=recording.run, sample_rate=rate, controls=controls, sensors=sensors,
         responses=responses, excited=excited, band=band, start=start, stop=stop, quiet=quiet,
-        noise=noise, error_band=_error_band(test, own, noise), notes=part.notes,
+        noise=noise, error_band=_error_band(test, own, noise),
+        notes=(*part.notes, *[told] * (stop < last)),
     )  # fmt: skip
 
 

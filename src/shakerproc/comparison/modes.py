@@ -1,6 +1,6 @@
 """Modes of a test and of a model, side by side: frequency, damping, MAC."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -152,21 +152,39 @@ def compared_modes(model: Model, log: TestLog, tests: Sequence[Measured]) -> Com
     if not banded:
         raise ShakerprocError("no test has a band (from, to) in which to look for modes")
     chosen, found = _gentlest(log, sorted(banded, key=lambda one: float(np.std(one.input))))
-    names = [
-        name
-        for name in found.sensor_names
-        if name in model.sensors
-        and model.sensors[name].measures == "acceleration"
-        and model.sensors[name].at != BASE
-    ]
+    moving = {
+        name: sensor.at
+        for name, sensor in model.sensors.items()
+        if sensor.measures == "acceleration" and sensor.at != BASE
+    }
+    return beside_model(model, found, moving, chosen.name)
+
+
+def beside_model(
+    model: Model, found: TestModes, places: Mapping[str, str], test: str
+) -> ComparedModes:
+    """Return the modes of one test beside those of a model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    found : TestModes
+        The modes of the test.
+    places : mapping of str to str
+        Place of each sensor on the structure, by its name.
+    test : str
+        Name of the test.
+    """
+    names = [name for name in found.sensor_names if name in places]
     rows = [found.sensor_names.index(name) for name in names]
-    theirs = natural_modes(model, [model.sensors[name].at for name in names])
+    theirs = natural_modes(model, [places[name] for name in names])
     low, high = found.band
     inside = (theirs.frequency > low / FARTHEST) & (theirs.frequency < FARTHEST * high)
     kept = NaturalModes(theirs.frequency[inside], theirs.damping[inside], theirs.shapes[inside])
     macs = mac(found.modes.shapes[:, rows], kept.shapes)
     pairs = paired(found.modes, kept, macs, len(names), (low, high))
-    return ComparedModes(chosen.name, tuple(names), pairs, macs)
+    return ComparedModes(test, tuple(names), pairs, macs)
 
 
 def _gentlest(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, TestModes]:

@@ -17,16 +17,9 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.comparison.modes import (
-    FARTHEST,
-    ComparedModes,
-    NaturalModes,
-    natural_modes,
-    paired,
-)
+from shakerproc.comparison.modes import ComparedModes, beside_model
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import DiagnosisError, ShakerprocError
-from shakerproc.modal import mac
 from shakerproc.modal.from_functions import analyse_functions
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import Coordinates, coordinates_of
@@ -317,16 +310,8 @@ def _modes(
     """Return the modes of the functions beside those of the model."""
     found = analyse_functions(measured, wish).tests[0]
     moving = {
-        measured.responses[row]: sensor
+        measured.responses[row]: sensor.at
         for row, sensor in responses.items()
         if sensor.at != BASE
     }
-    names = [name for name in found.sensor_names if name in moving]
-    rows = [found.sensor_names.index(name) for name in names]
-    theirs = natural_modes(model, [moving[name].at for name in names])
-    low, high = found.band
-    inside = (theirs.frequency > low / FARTHEST) & (theirs.frequency < FARTHEST * high)
-    kept = NaturalModes(theirs.frequency[inside], theirs.damping[inside], theirs.shapes[inside])
-    macs = mac(found.modes.shapes[:, rows], kept.shapes)
-    pairs = paired(found.modes, kept, macs, len(names), (low, high))
-    return ComparedModes(measured.name, tuple(names), pairs, macs)
+    return beside_model(model, found, moving, measured.name)

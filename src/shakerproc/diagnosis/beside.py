@@ -21,7 +21,7 @@ from shakerproc.diagnosis.nudged.race import FIRST
 from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.diagnosis.selection.choice import TENTH, bare, leaves_more, standing_of
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
-from shakerproc.diagnosis.selection.scores import Score, is_better, ranked, simplest_alike
+from shakerproc.diagnosis.selection.scores import Score, is_better, simplest_alike
 
 LOOKED_AT: Final = 8
 """Windows in which starts are compared [-]."""
@@ -73,12 +73,11 @@ def with_pairs_ahead(
     bared = scored_at(campaign, [linear], form)
     if not scores or not bared or not _is_taken(found, form, [*bared, *scores]):
         return found
-    tried = {name for score in scores for name in score.fit.hypothesis.names}
-    return replace(
-        found, data=campaign.data, form=form, linear=bared[0], effects=tuple(ranked(scores)),
-        free=None, _left={}, _floors={}, _free_runs={},
-        ruled_out=tuple(s for s in found.ruled_out if (s.kind, s.between) not in tried),
+    there = replace(
+        found, data=campaign.data, form=form, linear=bared[0], free=None,
+        _left={}, _floors={}, _free_runs={},
     )  # fmt: skip
+    return there.with_effects(scores)
 
 
 def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
@@ -123,15 +122,16 @@ def _limits(campaign: Campaign, pair: Fit, form: Form, known: Known) -> list[Fit
     own, *parts = pair.hypothesis.parts(pair.x)
     members, found = list(zip(pair.hypothesis.added, parts, strict=True)), list[Fit]()
     for (kept, x), (other, _) in permutations(members, 2):
-        laws = known.get(other.between, {})
-        limits = [c.kind for c in laws[other.kind].contains if c.limit] if laws else []
-        alone = replace(pair.hypothesis, added=(kept,))
+        laws = known[other.between]
+        limits = [law.kind for law in laws[other.kind].contains if law.limit]
+        wanted = {kind: laws[kind] for kind in limits if kind in laws}
+        if not wanted:
+            continue
         on = fit(
-            campaign.data, alone, np.concatenate([own, x]), form.fitted, rounds=0,
-            channels=pair.channels,
+            campaign.data, replace(pair.hypothesis, added=(kept,)), np.concatenate([own, x]),
+            form.fitted, rounds=0, channels=pair.channels,
         )  # fmt: skip
-        if limits and on is not None:
-            wanted = {kind: laws[kind] for kind in limits if kind in laws}
+        if on is not None:
             found += beside(campaign, on, form, {other.between: wanted})
     return found
 

@@ -1,6 +1,6 @@
 """What the search found: every hypothesis with its held-out score."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import final
@@ -23,7 +23,7 @@ from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
-from shakerproc.diagnosis.selection.scores import MOSTLY_NOISE, Score, best_of, scored
+from shakerproc.diagnosis.selection.scores import MOSTLY_NOISE, Score, best_of, ranked, scored
 
 
 @final
@@ -83,6 +83,12 @@ class Found:
     _left: dict[Score, float] = field(default_factory=dict)
     _floors: dict[Score, dict[int, FloatArray]] = field(default_factory=dict)
     _free_runs: dict[Score, Score | None] = field(default_factory=dict)
+
+    def with_effects(self, scores: Sequence[Score]) -> "Found":
+        """Return the same with these hypotheses, none of whose effects is ruled out."""
+        tried = {name for score in scores for name in score.fit.hypothesis.names}
+        left = tuple(s for s in self.ruled_out if (s.kind, s.between) not in tried)
+        return replace(self, effects=tuple(ranked(scores)), ruled_out=left)
 
     @property
     def best(self) -> Score:

@@ -109,7 +109,7 @@ def compared(
     forms = usable_forms(campaign)
     best = min((linear, *singles), key=lambda one: one.level)
     standing, scores = [linear, *singles], list[Score]()
-    least, chosen, near, explained = np.inf, 0, False, False
+    least, chosen, near, reached = np.inf, 0, False, list[tuple[Fit, Form, float]]()
     base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
@@ -130,8 +130,8 @@ def compared(
         campaign = sampled
         best = best_of(scores).fit
         left = error_of(campaign.data, best, forms[i].held_out)
-        before, explained = explained, _is_noise(campaign, best, forms[i], left)
-        if left > LONGER * least and not (explained or before):
+        reached = [*reached[-1:], (best, forms[i], left)]
+        if left > LONGER * least and not any(_is_noise(campaign, *one) for one in reached):
             forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
             break
         least = min(least, left)

@@ -1,7 +1,6 @@
 """Effects that others seemed to explain more than, fitted where nothing else can be named."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -40,13 +39,7 @@ def with_all(
     for one in [*rest, *_raced(campaign, known, say)]:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
-    scores = best_of_each(scores)
-    tried = {name for score in scores for name in score.fit.hypothesis.names}
-    return replace(
-        found,
-        effects=tuple(ranked(scores)),
-        ruled_out=tuple(s for s in found.ruled_out if (s.kind, s.between) not in tried),
-    )
+    return found.with_effects(best_of_each(scores))
 
 
 def best_of_each(scores: Sequence[Score]) -> list[Score]:

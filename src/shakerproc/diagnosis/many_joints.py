@@ -16,6 +16,7 @@ from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.ladder import ladder_of
 from shakerproc.diagnosis.nudged.many_joints import entered
 from shakerproc.diagnosis.nudged.race import Raced, race
+from shakerproc.diagnosis.own_fit import RUNS_AWAY
 from shakerproc.errors import DiagnosisError
 
 MOST: Final = 4
@@ -51,8 +52,5 @@ def raced(
     x = as_in(none, linear_model.model)
     on = fit(data, none, x, ladder[0].windows, rounds=0)
     if on is None:
-        raise DiagnosisError(
-            f"{data.model.title}: its motion runs away in every test; check stiffness, damping "
-            "and masses of the model."
-        )
+        raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
     return race(on, known, ladder, say, enter=entered, most=MOST)

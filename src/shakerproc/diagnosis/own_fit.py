@@ -21,6 +21,11 @@ STRUCTURE_ROUNDS: Final = 1
 """Steps of a structure without effects on whole tests: its linear model explains them, or an
 effect is missing [-]."""
 
+RUNS_AWAY: Final = (
+    "its motion runs away in every test; check stiffness, damping and masses of the model."
+)
+"""What is said of a model that cannot be fitted."""
+
 
 def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
     """Return the model's own numbers, fitted alone.
@@ -44,10 +49,7 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
         whole = whole_tests(data, held_out=False)
         found = fit(data, none, nothing, whole, rounds=ROUNDS)
     if found is None:
-        raise DiagnosisError(
-            f"{data.model.title}: its motion runs away in every test; check stiffness, damping "
-            "and masses of the model."
-        )
+        raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
     return found
 
 

@@ -69,6 +69,14 @@ class NotchWish:
     probability: float = PROBABILITY
     slope: float = EDGE_DB_PER_OCTAVE
 
+    @classmethod
+    def asked(cls, probability: float | None, slope: float | None) -> "NotchWish":
+        """Return a wish, with the usual numbers where none are asked for."""
+        return cls(
+            PROBABILITY if probability is None else probability,
+            EDGE_DB_PER_OCTAVE if slope is None else slope,
+        )
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

@@ -87,6 +87,10 @@ def read_csv_functions(path: Path, run: str) -> FunctionFile:
         for key, parts in found.items()
         for one in _of_parts(key, parts, values, values[:, at], run)
     ]
+    if not functions:
+        raise RecordingError(
+            f"{run}:1: no response functions in the columns {', '.join(others[:8])}. {_LAYOUT}."
+        )
     notes = [f"Columns that are no response functions: {', '.join(others[:20])}."]
     return FunctionFile(tuple(functions), {}, tuple(notes * bool(others)))
 

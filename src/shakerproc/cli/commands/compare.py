@@ -39,15 +39,7 @@ def compare(
     model: Annotated[
         Path, typer.Argument(metavar="MODEL", help="Model (YAML).", exists=True, dir_okay=False)
     ],
-    log: Annotated[
-        Path,
-        typer.Argument(
-            metavar="TESTLOG|FUNCTIONS",
-            help="Test log (YAML), or measured response functions (.uff, .csv, .mat).",
-            exists=True,
-            dir_okay=False,
-        ),
-    ],
+    log: options.LogOrFunctions,
     fit: Annotated[
         bool,
         typer.Option("--fit", help="Fit the model's numbers first, with 95 % intervals."),

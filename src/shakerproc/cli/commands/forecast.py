@@ -31,12 +31,20 @@ def forecast(
         bool, typer.Option("--notch", help="Plan the least notches that keep every limit.")
     ] = False,
     probability: Annotated[
-        float,
-        typer.Option(help="With which notches keep each limit [-].", min=0.5, max=0.999),
-    ] = 0.95,
+        float | None,
+        typer.Option(
+            help="With which notches keep each limit [-].",
+            min=0.5,
+            max=0.999,
+            show_default="0.95",
+        ),
+    ] = None,
     edges_db_per_octave: Annotated[
-        float, typer.Option(help="Steepest edge of a notch.", min=1.0, max=1000.0)
-    ] = 24.0,
+        float | None,
+        typer.Option(
+            help="Steepest edge of a notch.", min=1.0, max=1000.0, show_default="24.0"
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0)] = 0,
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
@@ -59,6 +67,10 @@ def forecast(
     from shakerproc.workflows.evidence import inputs_of
     from shakerproc.workflows.forecast import earlier_document, forecast_log, write_forecast
 
+    if not notch and (probability is not None or edges_db_per_octave is not None):
+        raise typer.BadParameter(
+            "--probability and --edges-db-per-octave are for notches; give --notch, too"
+        )
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_forecast") if out is None else out
@@ -66,7 +78,7 @@ def forecast(
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     once = output.Once()
-    wish = NotchWish(probability, edges_db_per_octave) if notch else None
+    wish = NotchWish.asked(probability, edges_db_per_octave) if notch else None
     steps = 2 * len(log.tests) + (14 if notch else 4) * max(1, len(log.planned))
     with output.progress("forecast", steps) as advance, options.usage(level="--level"):
         found = forecast_log(

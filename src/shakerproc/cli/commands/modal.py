@@ -55,15 +55,7 @@ TogetherOption: TypeAlias = Annotated[
 
 
 def modal(
-    log: Annotated[
-        Path,
-        typer.Argument(
-            metavar="TESTLOG|FUNCTIONS",
-            help="Test log (YAML), or measured response functions (.uff, .csv, .mat).",
-            exists=True,
-            dir_okay=False,
-        ),
-    ],
+    log: options.LogOrFunctions,
     test: TestOption = None,
     against: AgainstOption = None,
     from_hz: FromOption = None,
@@ -86,7 +78,7 @@ def modal(
     from shakerproc.testlog import Modal, read_testlog
     from shakerproc.workflows.modes import modes_of, modes_of_functions, wish_of
 
-    folder = output.out_folder(out, f"{log.stem}_modal")
+    folder = Path(f"{log.stem}_modal") if out is None else out
     if holds_functions(log):
         if test or against is not None or together:
             raise typer.BadParameter(

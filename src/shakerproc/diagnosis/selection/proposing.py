@@ -65,15 +65,14 @@ def unexercised(found: Found, clearances: Sequence[float]) -> Unexercised | None
 
 def as_good(standing: Sequence[Score]) -> list[Score]:
     """Return the hypotheses beside the chosen one that have other kinds and are no richer."""
-    if not standing:
-        return []
-    first = standing[0].fit.hypothesis
-    return [
-        one
-        for one in standing[1:]
-        if one.fit.hypothesis.size <= first.size
-        and set(one.fit.hypothesis.kinds) - set(first.kinds)
-    ]
+    own = set(standing[0].fit.hypothesis.kinds) if standing else set()
+    return [one for one in no_richer(standing) if set(one.fit.hypothesis.kinds) - own]
+
+
+def no_richer(standing: Sequence[Score]) -> list[Score]:
+    """Return the hypotheses beside the chosen one that have no more numbers."""
+    sizes = [score.fit.hypothesis.size for score in standing]
+    return [one for one, size in zip(standing[1:], sizes[1:], strict=True) if size <= sizes[0]]
 
 
 def proposed(

@@ -10,7 +10,7 @@ from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
-from shakerproc.diagnosis.selection.proposing import as_good
+from shakerproc.diagnosis.selection.proposing import as_good, no_richer
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.errors import ModelError
 from shakerproc.models import Sensor
@@ -18,15 +18,12 @@ from shakerproc.models import Sensor
 
 def in_other_joints(standing: Sequence[Score]) -> list[Score]:
     """Return the hypotheses that have the chosen effects in other joints, and are no richer."""
-    if not standing:
-        return []
-    first = standing[0].fit.hypothesis
+    others = [(one, one.fit.hypothesis) for one in no_richer(standing)]
     return [
         one
-        for one in standing[1:]
-        if one.fit.hypothesis.size <= first.size
-        and sorted(one.fit.hypothesis.kinds) == sorted(first.kinds)
-        and one.fit.hypothesis.names != first.names
+        for one, hypothesis in others
+        if sorted(hypothesis.kinds) == sorted(standing[0].fit.hypothesis.kinds)
+        and hypothesis.names != standing[0].fit.hypothesis.names
     ]
 
 
