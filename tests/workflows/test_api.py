@@ -295,7 +295,9 @@ def test_the_effects_are_those_of_the_command(command):
 
 
 @pytest.mark.slow
-def test_an_effect_is_added_twice_and_saved_once_it_is_asked(files, given, tmp_path):
+def test_an_effect_is_added_twice_and_saved_once_it_is_asked(
+    files, given, tmp_path, fitted_once
+):
     model, log = given
     before = Path(files[1]).read_bytes()
     with pytest.raises(sp.ShakerprocError, match="gap between base and coupon: the held-out"):
