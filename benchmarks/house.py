@@ -165,13 +165,19 @@ def kind_of(place: str, given: Sequence[ast.arg], marks: str) -> str:
     """Return whether a function is compiled, a command or a plain one."""
     if COMPILED.search(marks) or "kernels" in place:
         return "compiled"
-    shown = " ".join(ast.unparse(one.annotation) for one in given if one.annotation)
+    shown = " ".join(written(one.annotation) for one in given if one.annotation)
     return "command" if "typer." in shown or "Option" in shown else "plain"
 
 
 def is_quantity(one: ast.arg) -> bool:
     """Return whether a parameter is a number that may have a unit."""
-    return one.annotation is not None and bool(NUMBER.search(ast.unparse(one.annotation)))
+    return one.annotation is not None and bool(NUMBER.search(written(one.annotation)))
+
+
+@cache
+def written(annotation: ast.expr) -> str:
+    """Return an annotation as it is written."""
+    return ast.unparse(annotation)
 
 
 def complexity_of(node: ast.AST) -> int:
