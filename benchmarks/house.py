@@ -97,6 +97,8 @@ def functions_of(path: Path, root: Path, classes: Declared) -> Iterator[Function
 
     def walk(node: ast.AST, owner: str, *, public: bool, inner: bool) -> Iterator[Function]:
         for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.expr):  # neither class nor function stands in one
+                continue
             if isinstance(child, ast.ClassDef):
                 name = f"{owner}{child.name}."
                 seen = public and not child.name.startswith("_")
@@ -182,9 +184,9 @@ def written(annotation: ast.expr) -> str:
 
 def complexity_of(node: ast.AST) -> int:
     """Return McCabe's number: one more than the places where the way forks."""
-    forks = sum(isinstance(one, BRANCHES) for one in ast.walk(node))
-    return (
-        1 + forks + sum(len(o.values) - 1 for o in ast.walk(node) if isinstance(o, ast.BoolOp))
+    return 1 + sum(
+        len(one.values) - 1 if isinstance(one, ast.BoolOp) else isinstance(one, BRANCHES)
+        for one in ast.walk(node)
     )
 
 
