@@ -14,7 +14,12 @@ from shakerproc.spectra.peaks.damping import (
     longer_may_resolve,
 )
 from shakerproc.spectra.peaks.finding import Peak, effective_frequencies, find_peaks
-from shakerproc.spectra.peaks.half_power import half_power_ratio, is_resolved
+from shakerproc.spectra.peaks.half_power import (
+    half_power_ratio,
+    is_resolved,
+    own_width,
+    seen_share,
+)
 from shakerproc.spectra.responses.bounds import (
     Bounds,
     gain_random_error,
@@ -107,12 +112,14 @@ __all__ = [
     "multiple_coherence",
     "notch",
     "periodogram",
+    "own_width",
     "psd",
     "psd_bounds",
     "psd_ratio",
     "response_bounds",
     "rms_in_band",
     "sample_at",
+    "seen_share",
     "spectrogram",
     "statistics",
     "steady_lines",

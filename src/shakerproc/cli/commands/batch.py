@@ -89,6 +89,7 @@ def batch(
     detrend: options.DetrendOption = None,
     export: options.ExportOption = "",
     stitch: options.StitchOption = False,
+    uncertainty: options.UncertaintyOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
     units: options.UnitsOption = None,
@@ -156,6 +157,7 @@ def batch(
         "window": window,
         "detrend": detrend,
         "stitch": stitch,
+        "uncertainty": uncertainty,
     }
     with options.usage():
         averaged = tuple(with_averaging(test, averaging) for test in log.tests)
