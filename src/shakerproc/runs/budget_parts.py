@@ -12,6 +12,7 @@ from shakerproc.spectra import Damping
 from shakerproc.spectra.peaks.damping import NORMAL
 
 NOT_QUIET: Final = "no quiet segment before or after the run"
+NO_SHEET: Final = "no calibration sheet states it"
 BY_FIT: Final = "95 % interval of the fit"
 
 
@@ -33,7 +34,7 @@ def calibration(result: RunResult, value: float, powers: Mapping[int, float]) ->
     channels = [result.channels[i] for i in powers]
     missing = [c.name for c in channels if c.uncertainty is None]
     if missing:
-        return unknown("calibration", f"no calibration sheet states it of {', '.join(missing)}")
+        return unknown("calibration", f"{NO_SHEET} of {', '.join(missing)}")
     parts = [p * (c.uncertainty or 0.0) for p, c in zip(powers.values(), channels, strict=True)]
     source = f"calibration sheet, {', '.join(c.name for c in channels)}"
     return normal("calibration", abs(value) * float(np.hypot.reduce(parts)), 2.0, source)

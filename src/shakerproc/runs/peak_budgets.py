@@ -23,7 +23,6 @@ from shakerproc.runs.quiet_part import QuietPart
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.spectra.random_errors import tallest_bins
 
-NO_CHANCE: Final = "no random vibration; nothing tells the scatter of its density"
 ONE_AVERAGE: Final = "one average tells no scatter"
 NOT_RESOLVED: Final = "the bins do not resolve the peak, and no mode fits it"
 
@@ -73,8 +72,12 @@ class _Spectrum:
 
 
 def peak_budgets(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]:
-    """Yield the budgets of frequency, height, natural frequency and damping of every peak."""
-    for i in range(len(result.channels)):
+    """Yield the budgets of frequency, height, natural frequency and damping of every peak.
+
+    Those of densities are left out where the run is no random vibration: nothing tells the
+    scatter of a density that depends on sweep rate and crop.
+    """
+    for i in range(len(result.channels)) if is_random(result) else ():
         density = _density(result, quiet, i)
         for found in result.psd_peaks[i]:
             yield from _of_peak(result, density, found)
@@ -106,7 +109,7 @@ def _density(result: RunResult, quiet: QuietPart | None, i: int) -> _Spectrum:
         "psd", result.channels[i].name, levels.density_unit(unit), result.psd[i] * factor**2,
         np.full(result.psd[i].shape, averages**-0.5), factor**2, 1, {i: 2.0}, noise,
         NOT_QUIET if quiet is None else quiet.told,
-        NO_CHANCE if not is_random(result) else "" if averages > 1.0 else ONE_AVERAGE,
+        "" if averages > 1.0 else ONE_AVERAGE,
     )  # fmt: skip
 
 

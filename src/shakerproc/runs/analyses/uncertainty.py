@@ -7,12 +7,13 @@ from shakerproc.data import Recording
 from shakerproc.runs.analyses.base import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.budget import COVERAGE, GROUPS, Budget
+from shakerproc.runs.budget_parts import NO_SHEET, is_random
 from shakerproc.runs.budgets import budgets_of
 from shakerproc.runs.result import RunResult
 
 _TOLD: Final = (
-    "Expanded is k = 2 times the root of the sum of squares of the standard uncertainties, "
-    "some 95 % (JCGM 100:2008).",
+    "Expanded is k = 2 times the root of the sum of squares of the standard uncertainties in "
+    "the last columns, some 95 % (JCGM 100:2008).",
     "Calibration: the sheet's expanded uncertainty over 2, twice that for a density, that of "
     "both channels for a response function.",
     "Resolution: half a bin of a frequency, window and bins against the half-power width of a "
@@ -44,13 +45,13 @@ class UncertaintyAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in (rows[0] if rows else ())},
             summary=tuple(_row(budget) for budget in budgets),
             panels=(),
-            told=(*_TOLD, *_not_known(budgets)),
+            told=(*_TOLD, *_not_known(result, budgets)),
         )
 
 
 def _row(budget: Budget) -> dict[str, Cell]:
     """Return a number with its expanded uncertainty, and what it is made of."""
-    expanded = budget.expanded
+    known, expanded = budget.standard() is not None, budget.expanded
     row: dict[str, Cell] = {
         "channel": budget.channel,
         "quantity": budget.quantity,
@@ -59,10 +60,10 @@ def _row(budget: Budget) -> dict[str, Cell]:
         "expanded": None if budget.missing else expanded,
         "unit": budget.unit,
         "expanded_percent": None if budget.missing else budget.share(expanded),
-        "at_least_percent": budget.share(expanded) if budget.missing else None,
+        "at_least_percent": budget.share(expanded) if budget.missing and known else None,
     }
     for group in GROUPS:
-        row[f"u_{group}_percent"] = budget.share(budget.standard(group))
+        row[f"{group}_percent"] = budget.share(budget.standard(group))
     return row | {"not_known": ", ".join(budget.missing)}
 
 
@@ -101,12 +102,20 @@ def _lines(budget: Budget) -> Iterator[dict[str, Cell]]:
         }
 
 
-def _not_known(budgets: Sequence[Budget]) -> Iterator[str]:
+def _not_known(result: RunResult, budgets: Sequence[Budget]) -> Iterator[str]:
     """Yield each reason why a contribution is not known, once, with what it concerns."""
-    told: dict[str, dict[str, None]] = {}
+    told: dict[tuple[str, str], dict[str, None]] = {}
     for budget in budgets:
         for line in budget.lines:
-            if line.given is None:
-                told.setdefault(f"{line.group}: {line.source}", {})[budget.channel] = None
-    for reason, channels in told.items():
-        yield f"Not known, and not taken as zero, of {', '.join(channels)}: {reason}."
+            if line.given is None and line.group != "calibration":
+                told.setdefault((line.group, line.source), {})[budget.channel] = None
+    if any(result.psd_peaks) and not is_random(result):
+        yield (
+            "Peaks of densities have no budget: the run is no random vibration, and nothing "
+            "tells their scatter."
+        )
+    bare = [channel.name for channel in result.channels if channel.uncertainty is None]
+    if bare:
+        told = {("calibration", NO_SHEET): dict.fromkeys(bare)} | told
+    for (group, reason), names in told.items():
+        yield f"Not known and not taken as zero: {group} of {', '.join(names)}, {reason}."
