@@ -1,110 +1,26 @@
 """Uncertainty budgets: against the GUM's own example, closed forms and simulated truth."""
 
 import csv
-from collections import defaultdict
 
 import numpy as np
 import pytest
 import scipy
+from benchmarks.uncertainty import NOISE, budgets, by_name, coverage
 from numpy.testing import assert_allclose
 from tests.in_process import run
 from tests.small_campaign import write_campaign
 
 import shakerproc
-from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
-from shakerproc.runs import process_recording
 from shakerproc.runs.budget import Budget, normal, rectangular, unknown
 from shakerproc.spectra import cross_spectra, own_width, seen_share
 from shakerproc.spectra.random_errors import mean_square_error, tallest_bins
-from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.processing import TimeCrop, Welch
-
-RATE, NATURAL, ZETA = 2048.0, 200.0, 0.03
-SHEET = (0.03, 0.04)
-"""Expanded uncertainties of control and response [-]."""
-NOISE, QUIET = 0.02, 4096
-
-
-def resonator():
-    """Coefficients of a discrete resonator whose pole is that of the mode."""
-    pole = np.exp((-ZETA + 1j * np.sqrt(1.0 - ZETA**2)) * 2.0 * np.pi * NATURAL / RATE)
-    return np.array([1.0, -2.0 * pole.real, abs(pole) ** 2])
-
-
-def truth():
-    """By name, what white noise of unit variance and the resonator are exactly."""
-    a = resonator()
-    f, gain = scipy.signal.freqz([a.sum()], a, worN=2**18, fs=RATE)
-    gain = np.abs(gain)
-    k = gain.argmax()
-    return {
-        "control rms": 1.0,
-        "control level (density)": 2.0 / RATE,
-        "ch3 rms": np.sqrt(np.mean(gain**2)),
-        "ch3 psd peak frequency": f[k],
-        "ch3 psd height": 2.0 * gain[k] ** 2 / RATE,
-        "ch3 h1 peak frequency": f[k],
-        "ch3 h1 height": gain[k],
-        "ch3 h1 natural frequency": NATURAL,
-        "ch3 h1 damping ratio": 100.0 * ZETA,
-    }
-
-
-def budgets(seed, *, sheet=SHEET, segment=1024, n=2**15, quiet=QUIET, excitation="random"):
-    """The analysis of a simulated run, both gains off by what the sheet allows."""
-    rng = np.random.default_rng(seed)
-    base = rng.standard_normal(n + 2 * quiet)
-    base[:quiet] = base[n + quiet :] = 0.0
-    a = resonator()
-    rows = np.array([base, scipy.signal.lfilter([a.sum()], a, base)])
-    rows[:, n + quiet :] = 0.0
-    rows += NOISE * rng.standard_normal(rows.shape)
-    spread = np.array([0.0 if u is None else 0.5 * u for u in sheet])
-    rows *= (1.0 + spread * rng.standard_normal(2))[:, np.newaxis] * STANDARD_GRAVITY
-    channels = tuple(
-        Channel(name, "m/s^2", name, "g", role, uncertainty=u)
-        for name, role, u in zip(
-            ("control", "ch3"), ("control", "response"), sheet, strict=True
-        )
-    )
-    processing = Processing(
-        crop=TimeCrop(quiet / RATE, (quiet + n) / RATE),
-        welch=Welch(segment, segment // 2, "periodic hann"),
-        uncertainty=True,
-    )
-    test = Test(1, excitation=excitation, from_hz=50.0, to_hz=900.0, processing=processing)
-    recording = recording_of_arrays("run", channels, rows, RATE)
-    result = process_recording(recording, test, pictured=False)
-    (one,) = [one for one in result.analyses if one.kind == "uncertainty"]
-    return one
-
-
-def by_name(analysis):
-    """First row of each number of the resonance, and of each level."""
-    found = {}
-    for row in analysis.summary:
-        if row["peak_hz"] is None or abs(row["peak_hz"] - NATURAL) < 40.0:
-            found.setdefault(f"{row['channel']} {row['quantity']}", row)
-    return found
-
-
-def coverage(seeds, **how):
-    """By name, how often value and expanded uncertainty hold the truth."""
-    true, held = truth(), defaultdict(list)
-    for seed in range(seeds):
-        rows = by_name(budgets(seed, **how))
-        for name, value in true.items():
-            row = rows.get(name)
-            if row is not None and row["expanded"] is not None:
-                held[name].append(abs(row["value"] - value) <= row["expanded"])
-    assert {name for name, each in held.items() if len(each) >= 0.9 * seeds} == set(true)
-    return {name: np.mean(each) for name, each in held.items()}
 
 
 def test_most_intervals_hold_the_truth():
     """Of 20 at 95 %, 14 or fewer hold it once in 3000 times."""
-    for name, share in coverage(20).items():
-        assert share > 14 / 20, name
+    for name, held in coverage(20).items():
+        assert len(held) >= 18, name
+        assert np.mean(held) > 14 / 20, name
 
 
 @pytest.mark.slow
@@ -115,10 +31,12 @@ def test_intervals_hold_the_truth_as_often_as_they_say(segment):
 
     The share of 400 runs has a standard deviation of 1.1 %.
     """
-    for name, share in coverage(400, segment=segment).items():
-        assert share > 0.91, name
+    for name, held in coverage(400, segment=segment).items():
+        if name != "ch3 psd height":  # withheld where chance hides its width
+            assert len(held) > 390, name
+        assert not held or np.mean(held) > 0.91, name
         if name in {"control rms", "ch3 rms", "ch3 h1 damping ratio"}:
-            assert share < 0.985, name
+            assert np.mean(held) < 0.985, name
 
 
 def test_the_budget_of_the_guide_is_that_of_the_guide():
@@ -129,8 +47,8 @@ def test_the_budget_of_the_guide_is_that_of_the_guide():
     assert standard.standard == 25.0
     assert round(budget.standard()) == 32
     assert_allclose(budget.expanded, 2.0 * budget.standard())
-    assert round(1e7 * rectangular("random", 2e-6, "").standard) == 12  # H.1.3.2
-    assert round(1e8 * rectangular("random", 1e-6, "").standard) == 58  # H.1.3.3
+    assert round(1e7 * rectangular("random", 2e-6, "").standard) == 12  # H.1.3.3
+    assert round(1e8 * rectangular("random", 1e-6, "").standard) == 58  # H.1.3.5
 
 
 def test_what_is_not_known_is_said_and_counts_as_nothing_else():
