@@ -215,7 +215,7 @@ def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Contr
     if read is not None and read.height is not None and not found.resolved:
         off = abs(read.height * of.factor - height)
         return rectangular("resolution", off, "distance from the fit of the mode")
-    if seen < SEEN * cross.resolution:
+    if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
         return unknown("resolution", NOT_RESOLVED)
     own = spectra.own_width(seen, cross.resolution)
     low = 1.0 / spectra.seen_share(cross, own) - 1.0

@@ -47,23 +47,23 @@ def quiet_part(recording: Recording, result: RunResult) -> QuietPart | None:
     if not starts:
         return None
     chosen = np.unique(np.linspace(0, len(starts) - 1, MOST).round().astype(int))
-    stretches = [recording.samples(starts[k], starts[k] + segment) for k in chosen]
-    power = np.array([np.var(samples, axis=1) for samples in stretches])  # (n, n_channels)
+    power = np.array([_stretch(recording, starts[k], segment).var(axis=1) for k in chosen])
     over = np.where(result.statistics.rms > 0.0, result.statistics.rms, 1.0) ** 2
     order = np.argsort((power / over).sum(axis=1), kind="stable")
     quietest = order[: -(-len(order) // KEPT)]
-    densities = [
-        welch(
-            [stretches[k] - stretches[k].mean(axis=1, keepdims=True)],
-            result.sample_rate,
-            result.test,
-            (),
-        ).density
-        for k in quietest
-    ]
+    density = np.zeros(result.psd.shape)
+    for k in chosen[quietest]:  # one after the other: segments may be long
+        samples = _stretch(recording, starts[k], segment)
+        density += welch([samples], result.sample_rate, result.test, ()).density
     told = (
         f"quietest {numeral(len(quietest) * segment / result.sample_rate, 3)} s before and "
         "after the run"
     )
     rms = np.sqrt(power[quietest].mean(axis=0))
-    return QuietPart(np.mean(densities, axis=0), rms, told)
+    return QuietPart(density / len(quietest), rms, told)
+
+
+def _stretch(recording: Recording, start: int, length: int) -> FloatArray:
+    """Return samples less their means, (n_channels, length)."""
+    samples = recording.samples(start, start + length)
+    return samples - samples.mean(axis=1, keepdims=True)
