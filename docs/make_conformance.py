@@ -524,8 +524,8 @@ from knowledge. Behind them stand: for IEC 61260-1 its formulas and the mask as 
 have them; for ISO 18431-4 the recursion of Smallwood (1981); for ASTM E1049 its example, which
 public programs test with; for units exact definitions; for windows and chi-square closed forms
 (of Hamming's window at 50 % overlap the table prints 23.5, its integral is 23.377); for
-profiles the agreement of breakpoints and printed rms, which a slip in either would spoil. Where nothing
-but memory stands behind a number, its clause says *from memory*.
+profiles the agreement of breakpoints and printed rms, which a slip in either would spoil. Where
+nothing but memory stands behind a number, its clause says *from memory*.
 """
 NOT_CHECKED: Final = """\
 ## Not checked, for the program does not compute it

@@ -26,7 +26,7 @@ class Contribution:
         Half width, expanded uncertainty or standard deviation, in the unit of the number
         [any unit]; None where nothing tells it.
     distribution : str
-        ``normal`` or ``rectangular``.
+        ``normal``, ``rectangular`` or ``bias, not corrected``.
     divisor : float
         What makes a standard uncertainty of it [-].
     source : str
@@ -59,6 +59,14 @@ def rectangular(group: Group, half: float, source: str) -> Contribution:
     `half` is half their distance [any unit].
     """
     return Contribution(group, half, "rectangular", math.sqrt(3.0), source)
+
+
+def bias(group: Group, size: float, source: str) -> Contribution:
+    """Return a known departure that is not corrected, all of which counts (GUM F.2.4.5).
+
+    `size` is how large it is [any unit].
+    """
+    return Contribution(group, size, "bias, not corrected", 1.0, source)
 
 
 def unknown(group: Group, why: str) -> Contribution:

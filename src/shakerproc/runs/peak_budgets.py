@@ -10,7 +10,7 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.runs import levels
-from shakerproc.runs.budget import Budget, Contribution, normal, rectangular, unknown
+from shakerproc.runs.budget import Budget, Contribution, bias, normal, rectangular, unknown
 from shakerproc.runs.budget_parts import (
     NOT_QUIET,
     calibration,
@@ -170,7 +170,7 @@ def _of_peak(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Iterator
     bins = rectangular("resolution", 0.5 * result.spectra.bin_width, "half a bin")
     name, width = f"{of.quantity} peak frequency", _resolution(result, of, found)
     yield Budget(of.channel, name, at, at, "Hz", (bins, *place))
-    lines = (own, width, *chance, noise)
+    lines = (own, *width, *chance, noise)
     yield Budget(of.channel, f"{of.quantity} height", at, height, of.unit, lines)
     if found.damping is not None:
         yield from of_mode(of.channel, of.quantity, at, found.damping)
@@ -201,7 +201,7 @@ def _chance(
     ]
 
 
-def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Contribution:
+def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> list[Contribution]:
     r"""Return what window and bins do to the height of a peak.
 
     A resonance is lower by what the window smears (`seen_share`), and up to half a bin beside
@@ -214,10 +214,13 @@ def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Contr
     seen = 0.0 if reading is None else reading[1]
     if read is not None and read.height is not None and not found.resolved:
         off = abs(read.height * of.factor - height)
-        return rectangular("resolution", off, "distance from the fit of the mode")
+        return [rectangular("resolution", off, "distance from the fit of the mode")]
     if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
-        return unknown("resolution", NOT_RESOLVED)
+        return [unknown("resolution", NOT_RESOLVED)]
     own = spectra.own_width(seen, cross.resolution)
     low = 1.0 / spectra.seen_share(cross, own) - 1.0
     beside = (cross.bin_width / own) ** 2 / of.power
-    return rectangular("resolution", height * (low + beside), "window and bins")
+    return [
+        bias("resolution", height * low, "smearing by the window"),
+        rectangular("resolution", height * beside, "half a bin beside the top"),
+    ]

@@ -16,12 +16,12 @@ _TOLD: Final = (
     "the last columns, some 95 % (JCGM 100:2008).",
     "Calibration: the sheet's expanded uncertainty over 2, twice that for a density, that of "
     "both channels for a response function.",
-    "Resolution: half a bin of a frequency, window and bins against the half-power width of a "
-    "height; rectangular, over the root of 3.",
+    "Resolution: half a bin of a frequency; of a height what the window smears, which is not "
+    "corrected, and half a bin beside the top.",
     "Random: scatter of the averages, which of the tallest bins is taken, and the 95 % "
     "interval of a fit over 1.96.",
-    "Noise: the quiet part of the recording; of a response function, H2 less H1. Both are "
-    "limits: rectangular, over the root of 3.",
+    "Noise: the quiet part of the recording; of a response function, H2 less H1. Limits are "
+    "rectangular laws, over the root of 3.",
     "Not included, for nothing states them: the recorder's clock, transverse sensitivity, "
     "temperature, mounting, and how far a second run differs.",
 )
