@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.data_set import FEWEST_BLOCKS, DataSet
 from shakerproc.diagnosis.estimation.form import (
     BEST_ROUNDS,
     ROUNDS,
@@ -33,9 +33,6 @@ from shakerproc.diagnosis.selection.errors import (
 from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, best_of, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
-
-FEWEST_BLOCKS: Final = 3
-"""Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
 
 PREDICTED: Final = 24
 """Windows that tell how far a motion can be predicted: its mean square over them [-]."""

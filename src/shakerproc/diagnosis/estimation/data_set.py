@@ -31,6 +31,9 @@ follows from it where that is slow [-]."""
 RUN_IN: Final = 2.0
 """Periods that tell the start of a window (DESIGN.md) [-]."""
 
+FEWEST_BLOCKS: Final = 3
+"""Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
+
 LEAST_WINDOWS: Final = 12
 """Windows of this horizon that the tests hold, of those fitted to and of those held out:
 enough of them for the scatter of a difference (see `compare.free_run_error.BLOCKS`) [-]."""
@@ -239,8 +242,25 @@ class DataSet:
 
     @property
     def block_s(self) -> float:
-        """Length of the blocks in which the residual of a whole test has one scale [s]."""
-        return min(BLOCK_S, BLOCK_PERIODS / self.frequency)
+        """Length of the blocks in which the residual of a whole test has one scale [s].
+
+        Of short tests so little that a spread is known of what is held out.
+        """
+        held = self._seconds(held_out=True) or np.inf
+        return min(BLOCK_S, BLOCK_PERIODS / self.frequency, held / FEWEST_BLOCKS)
+
+    @cached_property
+    def cluster_s(self) -> float:
+        """Length of the blocks whose scatter tells the intervals of numbers [s]."""
+        return min(BLOCK_S, self._seconds(held_out=False) / LEAST_WINDOWS)
+
+    def _seconds(self, *, held_out: bool) -> float:
+        """Return how long all is that is held out, or is not [s]."""
+        return sum(
+            (b - a) / test.sample_rate
+            for test, runs in zip(self.tests, self.stretches(held_out=held_out), strict=True)
+            for a, b in runs
+        )
 
     def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
         """Return, for each test, the motion of the second place less that of the first."""

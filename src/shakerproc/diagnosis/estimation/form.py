@@ -157,7 +157,7 @@ def forms_of(data: DataSet) -> list[Form]:
         whole = whole_tests(data, held_out=False)
         return [*found, Form(None, whole, whole, whole_tests(data, held_out=True))]
     for parts_of in (whole_stretches, whole_from_starts):
-        longest_s = found[-1].horizon or 0.0
+        longest_s = max((f.horizon or 0.0 for f in found if _judges(f)), default=0.0)
         run_in = _run_in(data, longest_s)
         fitted, scored, held_out = (
             parts_of(data, held_out=kept, run_in=own)
@@ -169,6 +169,11 @@ def forms_of(data: DataSet) -> list[Form]:
         if shortest_s > longest_s:
             found.append(Form(shortest_s, fitted, scored, held_out))
     return found
+
+
+def _judges(form: Form) -> bool:
+    """Return whether something is fitted and something held out."""
+    return min(len(form.fitted), len(form.held_out)) > 0
 
 
 def _of_structures(data: DataSet) -> Form:
