@@ -155,8 +155,8 @@ def _decays(result: RunResult) -> Iterator[Budget]:
             if cell["method"] != "least squares" or cell["stretch"] != 1:
                 continue
             ends = ("", "_low", "_high")
-            hertz = [float(cell[f"frequency{end}_hz"]) for end in ends]
-            ratio = [0.01 * float(cell[f"damping{end}_percent"]) for end in ends]
-            read = Damping(*hertz, *ratio, None, None, 0.0)
+            at, least, most = (float(cell[f"frequency{end}_hz"]) for end in ends)
+            ratio, low, high = (0.01 * float(cell[f"damping{end}_percent"]) for end in ends)
+            read = Damping(at, least, most, ratio, low, high, None, None, 0.0)
             name = f"decay, mode {cell['mode']}"
-            yield from of_mode(cell["channel"], name, cell["frequency_hz"], read)
+            yield from of_mode(cell["channel"], name, at, read)

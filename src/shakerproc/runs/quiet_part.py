@@ -66,4 +66,4 @@ def quiet_part(recording: Recording, result: RunResult) -> QuietPart | None:
 def _stretch(recording: Recording, start: int, length: int) -> FloatArray:
     """Return samples less their means, (n_channels, length)."""
     samples = recording.samples(start, start + length)
-    return samples - samples.mean(axis=1, keepdims=True)
+    return np.asarray(samples - samples.mean(axis=1, keepdims=True))
