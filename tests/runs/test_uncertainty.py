@@ -94,7 +94,7 @@ def test_without_a_sheet_no_expanded_uncertainty_is_given():
 def test_without_a_quiet_part_the_noise_is_not_known():
     rows = by_name(budgets(1, quiet=0))
     assert rows["ch3 rms"]["not_known"] == "noise"
-    assert rows["ch3 h1 height"]["not_known"] == ""
+    assert rows["ch3 h1 height"]["not_known"] is None
 
 
 def test_the_noise_of_the_quiet_part_is_half_its_share_of_the_power():
@@ -246,6 +246,6 @@ def test_the_budget_of_a_sweep_holds_what_a_slow_sweep_would_show():
         ("gain", steady), ("peak frequency", natural), ("damping ratio", 100.0 * zeta),
     ):  # fmt: skip
         row = found[f"sweep up {name}"]
-        assert row["not_known"] == ""
+        assert row["not_known"] is None
         assert abs(row["value"] - true) <= row["expanded"], name
     assert found["sweep up gain"]["value"] < 0.99 * steady

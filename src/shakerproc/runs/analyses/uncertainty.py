@@ -61,10 +61,10 @@ def _row(budget: Budget) -> dict[str, Cell]:
         "unit": budget.unit,
         "expanded_percent": None if budget.missing else budget.share(expanded),
         "at_least_percent": budget.share(expanded) if budget.missing and known else None,
+        "not_known": ", ".join(budget.missing) or None,
     }
-    for group in GROUPS:
-        row[f"{group}_percent"] = budget.share(budget.standard(group))
-    return row | {"not_known": ", ".join(budget.missing)}
+    shares = {f"{group}_percent": budget.share(budget.standard(group)) for group in GROUPS}
+    return row | shares
 
 
 def _lines(budget: Budget) -> Iterator[dict[str, Cell]]:
