@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.data_set import FEWEST_BLOCKS, DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import (
     BEST_ROUNDS,
     ROUNDS,
@@ -17,6 +17,7 @@ from shakerproc.diagnosis.estimation.form import (
     forms_of,
 )
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.lengths import FEWEST_BLOCKS
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
@@ -76,7 +77,7 @@ def _holds(windows: Windows) -> bool:
 
 def _blocks(data: DataSet, windows: Windows) -> int:
     """Return how many blocks windows are scored in."""
-    block = data.block_s * data.tests[0].sample_rate
+    block = data.lengths.block_s * data.tests[0].sample_rate
     return sum(max(1, round(float(size) / block)) for size in windows.table[:, 2])
 
 

@@ -95,8 +95,8 @@ class Linearisation:
         self.correlation = 1.0
         self._sizes: FloatArray | None = None
         rate = data.tests[0].sample_rate
-        self.cluster = data.cluster_s * rate * data.n_sensors
-        self.block = data.block_s * rate
+        self.cluster = data.lengths.cluster_s * rate * data.n_sensors
+        self.block = data.lengths.block_s * rate
         gains = data.gain_spreads[1].copy()
         if hypothesis.frees_masses:
             gains[0] = AS_IT_IS

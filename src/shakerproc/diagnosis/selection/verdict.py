@@ -224,10 +224,10 @@ def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked,
     _own, *parts = fit.hypothesis.parts(fit.x)
     for one, part, effect in zip(fit.hypothesis.added, parts, effects, strict=True):
         numbers = effect.parameters.values()
-        forces = [n for n in numbers if n.unit == unit and isinstance(n.value, float)]
-        unbounded = forces and all(n.high is None for n in forces)
+        forces = [(float(n.value), n.high) for n in numbers if n.unit == unit]
+        unbounded = forces and all(high is None for _, high in forces)
         carries = carried_force(model, tests, one.between)
-        slips = max((n.value for n in forces), default=0.0) < carries
+        slips = max((force for force, _ in forces), default=0.0) < carries
         if unbounded and not slips and _is_dry(one.element(part).effect):
             out.append(Locked(one.between, carries, unit))
     return tuple(out)
