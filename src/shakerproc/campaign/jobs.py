@@ -3,7 +3,7 @@
 import hashlib
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -23,6 +23,7 @@ Hashed: TypeAlias = tuple[str, tuple[Seen, ...]]
 NOT_HASHED: Final[Hashed] = ("", ())
 
 _NOT_INPUT: Final = ("source", "folder", "recording")
+_NO_GEOMETRY: Final = ("geometry", None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +103,10 @@ def relative_recording(log: TestLog, test: Test) -> str:
 
 def input_of(test: Test) -> dict[str, object]:
     """Return the entries of the log for a test, without their places in the file."""
-    return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
+    entries = asdict(replace(test, geometry=None))
+    if test.geometry is not None:  # a mesh may be large
+        entries["geometry"] = hashlib.sha256(repr(test.geometry).encode()).hexdigest()
+    return {k: v for k, v in entries.items() if k not in _NOT_INPUT and (k, v) != _NO_GEOMETRY}
 
 
 def check_recording(job: Job, recording: SourceFile) -> None:

@@ -15,12 +15,12 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import RecordingError
+from shakerproc.geometry import Place, Wireframe
 from shakerproc.late import loaded
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.si import parse_unit
 
-Place: TypeAlias = tuple[float, float, float]
 Kind: TypeAlias = Literal["response function", "coherence", "cross spectrum", "auto spectrum"]
 
 SAME_LINE: Final = 0.01
@@ -81,11 +81,14 @@ class FunctionFile:
         Position [m] and direction [-] of channels, by name, where the file says them.
     notes : tuple of str
         What the reader had to decide or left out.
+    wireframe : Wireframe, optional
+        Nodes with lines or surfaces; None where the file holds none.
     """
 
     functions: tuple[Function, ...]
     places: Mapping[str, tuple[Place, Place]]
     notes: tuple[str, ...] = ()
+    wireframe: Wireframe | None = None
 
 
 @final
@@ -115,6 +118,8 @@ class ResponseFunctions:
         What was decided or left out, a sentence each.
     sha256 : str
         Of the file.
+    wireframe : Wireframe, optional
+        Nodes with lines or surfaces; None where the file holds none.
     """
 
     name: str
@@ -130,6 +135,7 @@ class ResponseFunctions:
     input_places: tuple[tuple[Place | None, Place | None], ...]
     notes: tuple[str, ...]
     sha256: str
+    wireframe: Wireframe | None = None
 
     @property
     def turned(self) -> "ResponseFunctions":
@@ -226,6 +232,7 @@ def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseF
         input_places=tuple(file.places.get(driven, none) for driven in inputs),
         notes=tuple(notes),
         sha256=digest,
+        wireframe=file.wireframe,
     )
 
 
