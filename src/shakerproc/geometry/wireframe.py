@@ -1,7 +1,7 @@
 """A structure as it is drawn: nodes, lines between them, surfaces."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Final, TypeAlias, final
 
@@ -51,6 +51,11 @@ class Wireframe:
         pairs = ((min(pair), max(pair)) for each in (found, borders) for pair in each)
         return tuple(dict.fromkeys(pair for pair in pairs if pair[0] != pair[1]))
 
+    @property
+    def used(self) -> tuple[int, ...]:
+        """Nodes of the lines and surfaces."""
+        return tuple(sorted({node for edge in self.edges for node in edge}))
+
     def turned(self, node: int, direction: Place) -> Place:
         """Return a direction in the coordinate system of a node along the global axes [-]."""
         axes = self.axes.get(node)
@@ -60,6 +65,33 @@ class Wireframe:
             sum(v * axis[i] for v, axis in zip(direction, axes, strict=True)) for i in range(3)
         )
         return x, y, z
+
+
+def numbered_nodes(
+    places: Sequence[Place | None], wireframe: Wireframe | None
+) -> tuple[list[int], Wireframe]:
+    """Return the number of the node at each place, and the geometry with all of these nodes.
+
+    Parameters
+    ----------
+    places : sequence of (x, y, z)
+        Of sensors [m]; one that is not known has a node without coordinates.
+    wireframe : Wireframe, optional
+        Whose numbers count where a place is that of a node; others follow behind.
+    """
+    nodes = {} if wireframe is None else dict(wireframe.nodes)
+    numbers = {place: number for number, place in nodes.items()}
+    free = max(nodes, default=0) + 1
+    found = []
+    for place in places:
+        number = free if place is None else numbers.setdefault(place, free)
+        free = max(free, number + 1)
+        found.append(number)
+        if place is not None:
+            nodes[number] = place
+    if wireframe is None:
+        return found, Wireframe(nodes)
+    return found, replace(wireframe, nodes=nodes)
 
 
 def problem_of(nodes: Mapping[int, Place], kind: str, one: Sequence[int]) -> str:

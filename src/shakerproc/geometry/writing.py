@@ -1,4 +1,8 @@
-"""Data sets of a universal file as text: header, units, geometry, shapes at nodes."""
+"""Data sets of a universal file as text: header, units, geometry, shapes at nodes.
+
+Exponents are written with E where the format has D: both are read as numbers of Fortran, and
+some programs of today know E alone.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -69,8 +73,8 @@ def header(title: str, description: str, program: str) -> str:
     about = [*map(text_line, (title, description, program)), f"{dates}{0:10d}{0:10d}{0:10d}"]
     units = [
         f"{1:10d}{'SI: metre (newton)':20}{2:10d}",
-        "".join(f"{1.0:25.17E}" for _ in range(3)).replace("E", "D"),
-        f"{273.15:25.17E}".replace("E", "D"),
+        "".join(f"{1.0:25.17E}" for _ in range(3)),
+        f"{273.15:25.17E}",
     ]
     return data_set(151, [*about, dates, text_line(program), dates]) + data_set(164, units)
 
@@ -82,7 +86,7 @@ def geometry(wireframe: Wireframe) -> str:
         for number, place in wireframe.nodes.items()
         for line in (
             f"{number:10d}{0:10d}{0:10d}{_GREEN:10d}",
-            "".join(f"{value:25.16E}" for value in place).replace("E", "D"),
+            "".join(f"{value:25.16E}" for value in place),
         )
     ]
     parts = [data_set(2411, nodes)] if nodes else []

@@ -21,7 +21,9 @@ from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.si import parse_unit
 
-Kind: TypeAlias = Literal["response function", "coherence", "cross spectrum", "auto spectrum"]
+Kind: TypeAlias = Literal[
+    "response function", "coherence", "cross spectrum", "auto spectrum", "spectrum"
+]
 
 SAME_LINE: Final = 0.01
 """How far lines of two functions may lie apart that are one, in steps [-]: the format prints
@@ -199,6 +201,9 @@ def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseF
         found, told = _of_spectra(file.functions, run)
         notes += told
     if not found:
+        found, told = _of_one_record(file.functions, run)
+        notes += told
+    if not found:
         kinds = sorted({f.kind for f in file.functions})
         raise RecordingError(
             f"{run}: no response functions in it{': ' * bool(kinds)}{', '.join(kinds)}. Export "
@@ -284,6 +289,36 @@ def _of_spectra(
         found[cross.response, cross.input] = one
     told = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
     return found, told * bool(found)
+
+
+def _of_one_record(
+    functions: Sequence[Function], run: str
+) -> tuple[dict[tuple[str, str], Function], list[str]]:
+    """Return the ratios of complex spectra to that of the one force among them, and a note.
+
+    Raises
+    ------
+    RecordingError
+        If two have different lines.
+    """
+    spectra = [f for f in functions if f.kind == "spectrum" and np.any(f.values.imag)]
+    forces = [f for f in spectra if _alike(f.response_unit, "N")]
+    if len(forces) != 1:
+        return {}, []
+    force, found = forces[0], {}
+    for one in (f for f in spectra if f is not force):
+        _common_lines([one, force], run)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values = one.values / force.values
+        found[one.response, force.response] = replace(
+            one, kind="response function", values=values, input=force.response,
+            input_unit=force.response_unit,
+        )  # fmt: skip
+    told = (
+        f"{len(found)} response functions are ratios of spectra of one record to that of "
+        f"{force.response}: without averages, noise of the force makes them smaller."
+    )
+    return found, [told] * bool(found)
 
 
 def _alike(first: str, second: str) -> bool:

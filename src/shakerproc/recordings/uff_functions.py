@@ -1,6 +1,7 @@
 """Read the response functions, spectra and coherences of a universal file, and its nodes."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -17,8 +18,8 @@ from shakerproc.recordings.uff import KIND, LARGEST
 from shakerproc.recordings.uff_records import Record, record_of
 
 _KINDS: Final[Mapping[int, Kind]] = {
-    2: "auto spectrum", 3: "cross spectrum", 4: "response function", 6: "coherence",
-    9: "auto spectrum", 26: "coherence",
+    2: "auto spectrum", 3: "cross spectrum", 4: "response function", 5: "response function",
+    6: "coherence", 9: "auto spectrum", 12: "spectrum", 26: "coherence",
 }  # fmt: skip
 _UNITS: Final = {
     "8": "m", "11": "m/s", "12": "m/s^2", "13": "N", "9": "N", "15": "Pa",
@@ -75,7 +76,7 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
             f"{silent} records do not say their unit: that of their type of data is taken "
             f"(m/s^2, N, m), with {units.length:g} units of length in a metre."
         )
-    drawn = wireframe if wireframe.edges else None
+    drawn = replace(wireframe, notes=()) if wireframe.edges else None
     return FunctionFile(tuple(functions), places, tuple(notes), drawn)
 
 
@@ -118,7 +119,9 @@ def _function(  # noqa: PLR0917
     down, other = _unit(record.head[9], units)
     if kind in {"response function", "cross spectrum"}:
         values = values * (scale / other)
-    if kind == "auto spectrum":
+    if kind == "spectrum":
+        values = values * scale
+    if kind in {"auto spectrum", "spectrum"}:
         driven = response
     return Function(where, kind, response, driven, up, down, lines, values)
 

@@ -9,7 +9,6 @@ import numpy as np
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
-from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.scatter import told_scatter
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
@@ -192,8 +191,7 @@ def _shapes(one: TestModes) -> list[PageFigure]:
     """Return the moving shapes; none of a single sensor."""
     if len(one.sensors) < 2:
         return []
-    geometry = geometry_of(one.positions, one.directions)
-    modes = one.modes
+    geometry, modes = one.geometry, one.modes
     return [
         PageFigure(
             f"Mode {i + 1}: {modes.frequency[i]:.5g} Hz",
