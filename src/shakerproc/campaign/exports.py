@@ -12,8 +12,6 @@ import numpy as np
 from shakerproc import files
 from shakerproc.campaign.collecting import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.geometry import Wireframe, writing
-from shakerproc.geometry.wireframe import numbered_nodes
 from shakerproc.recordings.writers.uff import (
     COHERENCE,
     DENSITY,
@@ -124,29 +122,12 @@ def _named(result: RunResult, rows: Sequence[int]) -> str:
 
 
 def export_uff(result: RunResult, path: Path) -> None:
-    """Write header, units, geometry, and a data set 58 for each density and function."""
-    nodes, wireframe = _seats(result)
+    """Write one data set 58 for each density, response function and coherence."""
     with files.atomic_path(path) as temporary, temporary.open("wb") as file:
-        about = writing.header(result.run, "spectra", "shakerproc") + writing.geometry(
-            wireframe
-        )
-        file.write(about.encode("ascii", errors="replace"))
         for curve in _curves(result):
             if not np.isnan(curve.values).all():  # a coherence of one average
-                head = _head(result, curve, nodes)
+                head = _head(result, curve)
                 write_function(file, head, np.nan_to_num(curve.values), binary=True)
-
-
-def _seats(result: RunResult) -> tuple[Sequence[int], Wireframe]:
-    """Return the number of the node of each channel, and the geometry with these nodes.
-
-    Without positions the numbers are those of the channels.
-    """
-    uses = uses_of_channels(result.channels, result.test)
-    places = [use.position for use in uses] if uses else []
-    if not any(places):
-        return range(1, len(result.channels) + 1), Wireframe({})
-    return numbered_nodes(places, result.test.geometry)
 
 
 @final
@@ -190,7 +171,7 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
         )
 
 
-def _head(result: RunResult, curve: _Curve, nodes: Sequence[int]) -> Head:
+def _head(result: RunResult, curve: _Curve) -> Head:
     start = "" if result.start_time is None else f"{result.start_time:%d-%b-%y %H:%M:%S}"
     spectra = result.spectra
     cut = f", INCOMPLETE {result.told_length}" if result.incomplete else ""
@@ -205,8 +186,8 @@ def _head(result: RunResult, curve: _Curve, nodes: Sequence[int]) -> Head:
             f"{spectra.n_segments} segments of {spectra.segment} samples",
             f"sample rate {float(result.sample_rate)!r} Hz{cut}",
         ),
-        _end(result, (curve.row,), nodes),
-        _end(result, curve.inputs, nodes) if curve.inputs else End(),
+        _end(result, (curve.row,)),
+        _end(result, curve.inputs) if curve.inputs else End(),
         0.0,
         float(spectra.bin_width),
         FREQUENCY,
@@ -220,10 +201,10 @@ def _axis(result: RunResult, row: int) -> Axis:
     return Axis(_quantity(result, row, unit), "NONE", unit)
 
 
-def _end(result: RunResult, rows: Sequence[int], nodes: Sequence[int]) -> End:
+def _end(result: RunResult, rows: Sequence[int]) -> End:
     uses = uses_of_channels(result.channels, result.test)
     direction = direction_of(uses[rows[0]].direction) if uses else 0
-    return End(_entity(result, rows), nodes[rows[0]], direction)
+    return End(_entity(result, rows), rows[0] + 1, direction)
 
 
 def _entity(result: RunResult, rows: Sequence[int]) -> str:

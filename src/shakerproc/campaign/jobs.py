@@ -22,8 +22,7 @@ Hashed: TypeAlias = tuple[str, tuple[Seen, ...]]
 
 NOT_HASHED: Final[Hashed] = ("", ())
 
-_NOT_INPUT: Final = ("source", "folder", "recording")
-_NO_GEOMETRY: Final = ("geometry", None)
+_NOT_INPUT: Final = ("source", "folder", "recording", "geometry")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,10 +102,8 @@ def relative_recording(log: TestLog, test: Test) -> str:
 
 def input_of(test: Test) -> dict[str, object]:
     """Return the entries of the log for a test, without their places in the file."""
-    entries = asdict(replace(test, geometry=None))
-    if test.geometry is not None:  # a mesh may be large
-        entries["geometry"] = hashlib.sha256(repr(test.geometry).encode()).hexdigest()
-    return {k: v for k, v in entries.items() if k not in _NOT_INPUT and (k, v) != _NO_GEOMETRY}
+    entries = asdict(replace(test, geometry=None))  # drawn alone, and a mesh may be large
+    return {k: v for k, v in entries.items() if k not in _NOT_INPUT}
 
 
 def check_recording(job: Job, recording: SourceFile) -> None:

@@ -22,7 +22,12 @@ from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.si import parse_unit
 
 Kind: TypeAlias = Literal[
-    "response function", "coherence", "cross spectrum", "auto spectrum", "spectrum"
+    "response function",
+    "coherence",
+    "multiple coherence",
+    "cross spectrum",
+    "auto spectrum",
+    "spectrum",
 ]
 
 SAME_LINE: Final = 0.01
@@ -409,11 +414,16 @@ def _range(one: Function) -> str:
 def _coherence(
     functions: Sequence[Function], responses: Sequence[str], inputs: Sequence[str], n: int
 ) -> tuple[FloatArray | None, list[str]]:
-    """Return the coherence of each function, None where one lacks it, and a note."""
+    """Return the coherence of each function, None where one lacks it, and a note.
+
+    Where a response has no coherence to an input, its multiple coherence to all inputs counts.
+    """
     found = {(f.response, f.input): f.values.real for f in functions if f.kind == "coherence"}
-    if not found:
+    every = {f.response: f.values.real for f in functions if f.kind == "multiple coherence"}
+    if not found and not every:
         return None, []
-    rows = [[found.get((r, i), np.empty(0)) for i in inputs] for r in responses]
+    none = np.empty(0)
+    rows = [[found.get((r, i), every.get(r, none)) for i in inputs] for r in responses]
     if any(one.size != n for row in rows for one in row):
         return None, ["The coherences do not belong to all functions and are not used."]
     return np.clip(np.array(rows), 0.0, 1.0), []

@@ -19,7 +19,7 @@ from shakerproc.recordings.uff_records import Record, record_of
 
 _KINDS: Final[Mapping[int, Kind]] = {
     2: "auto spectrum", 3: "cross spectrum", 4: "response function", 5: "response function",
-    6: "coherence", 9: "auto spectrum", 12: "spectrum", 26: "coherence",
+    6: "coherence", 9: "auto spectrum", 12: "spectrum", 26: "multiple coherence",
 }  # fmt: skip
 _UNITS: Final = {
     "8": "m", "11": "m/s", "12": "m/s^2", "13": "N", "9": "N", "15": "Pa",
