@@ -107,7 +107,8 @@ def geometry_of(
     along = np.array([(0.0, 0.0, 1.0) if d is None or not scaled else d for d in directions])
     places, index = np.unique(points.round(9), axis=0, return_inverse=True)
     seats = tuple(int(i) for i in index.reshape(-1))
-    edges, faces = _net(places), ()
+    edges = _net(places)
+    faces: list[tuple[int, ...]] = []
     if wireframe is not None and drawn and scaled:
         places, edges, faces = _on_wireframe(places, wireframe)
     view = _view(places, along)
@@ -163,9 +164,10 @@ def _on_wireframe(
     """Return places and then further nodes [m], and lines and surfaces over both."""
     used = wireframe.used
     where = np.array([wireframe.nodes[node] for node in used])
-    apart, nearest = scipy.spatial.cKDTree(places).query(where)
+    found = scipy.spatial.cKDTree(places).query(where)
+    apart, nearest = np.atleast_1d(found[0]), np.atleast_1d(found[1])
     index: dict[int, int] = {}
-    more = []
+    more: list[FloatArray] = []
     for node, distance, place, position in zip(used, apart, nearest, where, strict=True):
         index[node] = int(place) if distance <= NEAR else len(places) + len(more)
         if distance > NEAR:

@@ -8,12 +8,13 @@ the header in its mode ``overwrite``.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final, final
+from typing import Any, BinaryIO, Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc import files
-from shakerproc.data import ComplexArray, FloatArray, Recording
+from shakerproc.data import FloatArray, Recording
 from shakerproc.geometry.writing import MARK, text_line
 from shakerproc.recordings.writers.shown_units import BLOCK, file_unit
 
@@ -104,14 +105,15 @@ def _write_record(file: BinaryIO, recording: Recording, number: int) -> None:
 
 
 def write_function(
-    file: BinaryIO, head: Head, values: FloatArray | ComplexArray, *, binary: bool
+    file: BinaryIO, head: Head, values: NDArray[np.inexact[Any]], *, binary: bool
 ) -> None:
     """Write one record 58: eleven lines of text, then the numbers as bytes or as text.
 
     `values` are (n,), in the unit of the ordinate over that of the denominator.
     """
     kind = _COMPLEX_DOUBLE if np.iscomplexobj(values) else _DOUBLE
-    numbers = np.ascontiguousarray(values).view(np.float64)
+    wanted = np.complex128 if kind == _COMPLEX_DOUBLE else np.float64
+    numbers: FloatArray = np.ascontiguousarray(values, wanted).view(np.float64)
     _write(file, head, values.size, [numbers], kind=kind, binary=binary)
 
 
