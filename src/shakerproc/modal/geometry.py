@@ -17,6 +17,9 @@ FLAT: Final = 1e-3
 SHOWN: Final = 0.18
 """Largest motion that is drawn, as a share of the extent of the sensors [-]."""
 
+ROOM: Final = SHOWN / 2.0
+"""Around a drawing, for the names, as a share of the extent of the sensors [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,9 +59,10 @@ class Geometry:
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower left and upper right of whatever a shape may reach [-]."""
-        reach = 1.5 * SHOWN
-        return self.rest.min(axis=0) - reach, self.rest.max(axis=0) + reach
+        """Lower left and upper right of whatever a shape may reach, and room for names [-]."""
+        reach = np.abs(self.motion).sum(axis=0)
+        low, high = (self.rest - reach).min(axis=0), (self.rest + reach).max(axis=0)
+        return low - ROOM, high + ROOM
 
     @property
     def upright_faces(self) -> list[tuple[int, ...]]:
