@@ -1,6 +1,6 @@
 """Where sensors sit and how a mode moves them, as points, lines and surfaces in a plane."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -80,6 +80,21 @@ class Geometry:
         for place, name in zip(self.seats, names, strict=True):
             found.setdefault(place, []).append(name)
         return {place: ", ".join(here) for place, here in found.items()}
+
+    def fitting(self, labels: Mapping[int, str], letter: tuple[float, float]) -> dict[int, str]:
+        """Return the labels that find room, in their order.
+
+        `letter` is how wide and high a letter is, as a share of the extent [-].
+        """
+        shown: dict[int, str] = {}
+        taken: list[tuple[FloatArray, float]] = []
+        for place, text in labels.items():
+            here, half = self.rest[place], letter[0] * len(text) / 2.0
+            ways = ((np.abs(here - there), half + other) for there, other in taken)
+            if all(x > reach or y > letter[1] for (x, y), reach in ways):
+                taken.append((here, half))
+                shown[place] = text
+        return shown
 
 
 def geometry_of(

@@ -33,6 +33,10 @@ ACROSS: Final = 3
 """Shapes in a row."""
 
 
+LETTER: Final = (0.022, 0.043)
+"""Width and height of letters of 6 pt on a drawing of 2.2 in, as shares of it [-]."""
+
+
 def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
     """Draw every figure of an analysis, and return the files."""
     with style.look():
@@ -215,7 +219,7 @@ def draw_shape(
     axis.add_collection(LineCollection(ways, colors=colour, linewidths=0.5, alpha=0.6))
     axis.plot(*rest[seats].T, "o", color="#b8b8b8", ms=2.5)
     axis.plot(*moved[seats].T, "o", color=colour, ms=3.5)
-    for place, name in drawn.labels(names).items():
+    for place, name in drawn.fitting(drawn.labels(names), LETTER).items():
         axis.annotate(
             name, rest[place], (0, -4), textcoords="offset points", ha="center", va="top",
             fontsize=6,

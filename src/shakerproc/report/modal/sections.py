@@ -18,7 +18,7 @@ from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Mark, Plot
 from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.modal.figures import indicator
-from shakerproc.report.modal.shapes import matrix, moving_shape
+from shakerproc.report.modal.shapes import matrix, moving_shape, swings
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
@@ -192,10 +192,12 @@ def _shapes(one: TestModes) -> list[PageFigure]:
     if len(one.sensors) < 2:
         return []
     geometry, modes = one.geometry, one.modes
+    still = "" if swings(geometry) else ", at its largest: too many lines to move"
     return [
         PageFigure(
             f"Mode {i + 1}: {modes.frequency[i]:.5g} Hz",
-            f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}",
+            f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}"
+            + still,
             moving_shape(geometry, modes.shapes[i], one.sensor_names, f"Shape of mode {i + 1}"),
         )
         for i in range(modes.poles.size)

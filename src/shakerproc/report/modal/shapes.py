@@ -29,6 +29,11 @@ _CELL, _LEFT, _BELOW = 44, 70, 22  # of a matrix [px]
 _SHADES: Final = 8
 
 
+def swings(geometry: Geometry) -> bool:
+    """Return whether shapes on a geometry move on the page."""
+    return len(geometry.edges) + len(geometry.faces) <= MOST_MOVING
+
+
 def moving_shape(
     geometry: Geometry, shape: ComplexArray, names: Sequence[str], title: str
 ) -> Markup:
@@ -60,9 +65,10 @@ def moving_shape(
     def dots(pixels: Pixels) -> str:
         return "".join("M{} {}h0".format(*pixels[i]) for i in geometry.measured)
 
-    rest = at(geometry.rest)
+    rest, labels = at(geometry.rest), geometry.labels(names)
+    letter = (_LETTER / (scale * UNIT), _LINE / (scale * UNIT))
     upright = geometry.upright_faces
-    swinging = len(geometry.edges) + len(upright) <= MOST_MOVING
+    swinging = swings(geometry)
     count = FRAMES if swinging else 1
     frames = [at(geometry.moved(shape, 2.0 * np.pi * i / count)) for i in range(count + 1)]
     kinds = [("face", faces)] * bool(upright)
@@ -84,23 +90,23 @@ def moving_shape(
             if swinging
             else [still]
         ),
-        *_texts(rest, geometry.labels(names)),
+        *_texts(rest, labels, geometry.fitting(labels, letter)),
     ]
     return Markup(
         '<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>{}</svg>'
     ).format(_WIDTH * UNIT, _HEIGHT * UNIT, title, Markup("").join(parts))
 
 
-def _texts(rest: Pixels, labels: Mapping[int, str]) -> Iterator[Markup]:
+def _texts(
+    rest: Pixels, labels: Mapping[int, str], fitting: Mapping[int, str]
+) -> Iterator[Markup]:
     """Yield the names of the sensors that find room, and those of all where one points at."""
-    taken: list[tuple[int, int, int]] = []
     for place, text in labels.items():
-        (x, y), half = rest[place], _LETTER * len(text) // 2
+        x, y = rest[place]
         yield Markup(
             '<circle class="hit" cx="{}" cy="{}" r="60"><title>{}</title></circle>'
         ).format(x, y, text)
-        if all(abs(x - a) > half + b or abs(y - c) > _LINE for a, c, b in taken):
-            taken.append((x, y, half))
+        if place in fitting:
             yield Markup('<text x="{}" y="{}">{}</text>').format(x, y + 64, text)
 
 
