@@ -1,4 +1,4 @@
-"""A carriage that a motor drives for half a second, integrated by scipy: it holds three periods."""
+"""A carriage that a motor drives for half a second, three periods, integrated by scipy."""
 
 import numpy as np
 import pytest
