@@ -56,7 +56,7 @@ def merged_channels(
         If two used channels go by one name, or one has two scales or none to override with.
     """
     uses = [
-        ChannelUse(key, **dict(section), default=key not in test)
+        ChannelUse(key, **section.model_dump(exclude={"node"}), default=key not in test)
         for key, section in (dict(log) | dict(test)).items()
     ]
     named: dict[str, Key] = {}
