@@ -1,6 +1,9 @@
 """`sp.modes`, as a notebook uses it: the same as the command, with tables and figures."""
 
 import json
+import re
+from base64 import b64decode
+from xml.dom import minidom
 
 import numpy as np
 import pytest
@@ -24,8 +27,13 @@ def path(tmp_path_factory, structure):
     (folder / "recordings").mkdir()
     for number in (1, 2):
         write_csv(folder / "recordings" / f"{number}.csv", structure)
+    nodes = "".join(f"    {i}: [{100 * i} mm, 0 mm, 0 mm]\n" for i in range(1, 10))
+    geometry = (
+        f"geometry:\n  nodes:\n{nodes}  lines: [[1, 2, 3, 4, 5, 6, 7, 8], [8, 9]]\ntests:\n"
+    )
     line = "  - {{id: {0}, recording: {0}.csv, excitation: random, from: 3 Hz, to: 215 Hz}}\n"
-    (folder / "log.yaml").write_text(LOG + line.format(1) + line.format(2))
+    log = LOG.replace("tests:\n", geometry)
+    (folder / "log.yaml").write_text(log + line.format(1) + line.format(2))
     return folder / "log.yaml"
 
 
@@ -85,3 +93,22 @@ def test_what_is_asked_for_goes_before_the_log(path, structure):
         sp.modes(log, band=(5.0, 5.0))
     with pytest.raises(sp.ArgumentError, match="log: expected a test log"):
         sp.modes(path)
+
+
+def test_a_notebook_shows_a_shape_swinging_on_the_geometry(found):
+    """The picture is an SVG of its own; its largest is that of the phase at which it begins."""
+    shown = found.shape(2)._repr_html_()
+    picture = b64decode(re.search(r"base64,([^\"]+)", shown)[1])
+    minidom.parseString(picture)  # noqa: S318 - ours
+    svg = picture.decode()
+    swings = re.findall(r'<path class="(\w+)" d="([^"]*)"><animate [^>]*values="([^"]*)"', svg)
+    assert [(css, values.count(";") + 1) for css, _, values in swings] == [
+        ("c0", 17),
+        ("d0", 17),
+    ]
+    rest = re.search(r'<path class="rest" d="([^"]*)"', svg)[1]
+    assert (swings[0][1].count("M"), rest.count("M")) == (7, 8)  # nobody measures node 9
+    found.shape(2).plot()._repr_png_()
+    assert any("1 of 9 nodes have no sensor" in note for note in found.found.tests[0].notes)
+    with pytest.raises(sp.ArgumentError, match="mode"):
+        found.shape(99)

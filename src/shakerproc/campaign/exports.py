@@ -12,6 +12,19 @@ import numpy as np
 from shakerproc import files
 from shakerproc.campaign.collecting import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.recordings.writers.uff import (
+    COHERENCE,
+    DENSITY,
+    FREQUENCY,
+    NONE,
+    QUANTITIES,
+    RESPONSE,
+    Axis,
+    End,
+    Head,
+    direction_of,
+    write_function,
+)
 from shakerproc.runs import RunResult
 from shakerproc.runs.pairs import ChannelPair, functions_of
 from shakerproc.runs.result import shown_ratio, shown_unit
@@ -20,22 +33,13 @@ from shakerproc.runs.tables import spectra_columns
 
 _MAT_HEADER: Final = b"MATLAB 5.0 MAT-file, written by shakerproc"
 _MAT_HEADER_SIZE: Final = 116
-_UFF_DENSITY, _UFF_RESPONSE, _UFF_COHERENCE = 9, 4, 6
-
 _UFF_GENERAL: Final = 1
-_UFF_QUANTITIES: Final[Mapping[str, int]] = MappingProxyType({
-    "m/m": 3, "m": 8, "m/s": 11, "m/s^2": 12, "N": 13, "Pa": 15,
-})  # fmt: skip
-"""Specific data type of each SI unit in a dataset 58."""
 
 _XLSX_ROWS: Final = 1_048_575
 """Rows of a sheet below its headers; what is longer goes on in another."""
 
 _XLSX_DATE: Final = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
 """Date in a workbook, so that the same run gives the same cells and properties."""
-
-_ALONG: Final = 0.999
-"""Cosine from which a direction is that of an axis: within 2.6 degrees [-]."""
 
 
 def export_parquet(result: RunResult, path: Path) -> None:
@@ -118,49 +122,12 @@ def _named(result: RunResult, rows: Sequence[int]) -> str:
 
 
 def export_uff(result: RunResult, path: Path) -> None:
-    """Write one dataset 58 for each density, response function and coherence."""
-    import pyuff
-
-    with files.atomic_path(path) as temporary:
-        temporary.touch()
-        target = pyuff.UFF(str(temporary))
-        for dataset in _datasets(result):
-            target.write_sets(_common(result) | dataset, "add")
-
-
-def _common(result: RunResult) -> dict[str, Any]:
-    """Return every field of a dataset; pyuff puts None where one is missing."""
-    start = "NONE" if result.start_time is None else f"{result.start_time:%d-%b-%y %H:%M:%S}"
-    return {
-        "type": 58,
-        "binary": 1,
-        "id2": files.printable(result.run)[:80] or "NONE",
-        "id3": start,
-        "id4": f"{result.spectra.n_segments} segments of {result.spectra.segment} samples",
-        "id5": f"sample rate {float(result.sample_rate)!r} Hz{_cut(result)}",
-        "rsp_ent_name": "NONE",
-        "rsp_dir": 0,
-        "ref_ent_name": "NONE",
-        "ref_node": 0,
-        "ref_dir": 0,
-        "abscissa_spacing": 1,
-        "abscissa_min": 0.0,
-        "abscissa_inc": float(result.spectra.bin_width),
-        "abscissa_spec_data_type": 18,
-        "abscissa_axis_lab": "frequency",
-        "abscissa_axis_units_lab": "Hz",
-        "ordinate_spec_data_type": 0,
-        "orddenom_spec_data_type": 0,
-        "z_axis_spec_data_type": 0,
-        "ordinate_axis_lab": "NONE",
-        "orddenom_axis_lab": "NONE",
-        "orddenom_axis_units_lab": "NONE",
-        "x": result.spectra.frequency[:2],
-    }
-
-
-def _cut(result: RunResult) -> str:
-    return f", INCOMPLETE {result.told_length}" if result.incomplete else ""
+    """Write one data set 58 for each density, response function and coherence."""
+    with files.atomic_path(path) as temporary, temporary.open("wb") as file:
+        for curve in _curves(result):
+            if not np.isnan(curve.values).all():  # a coherence of one average
+                head = _head(result, curve)
+                write_function(file, head, np.nan_to_num(curve.values), binary=True)
 
 
 @final
@@ -181,21 +148,21 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
         yield _Curve(
-            _UFF_DENSITY, f"PSD {channel.name}", result.psd[i] * factor**2, i, f"{unit}^2/Hz"
+            DENSITY, f"PSD {channel.name}", result.psd[i] * factor**2, i, f"{unit}^2/Hz"
         )
     if result.against is not None:
         for row, i in enumerate(result.responses):
             factor = shown_ratio(*result.units_of_response(i))[1]
             name, h1 = result.channels[i].name, result.against.h1[row] * factor
             unit, over = shown_unit(result.channels[i].unit)[0], result.controls
-            yield _Curve(_UFF_RESPONSE, f"H1 {name}", h1, i, unit, over)
+            yield _Curve(RESPONSE, f"H1 {name}", h1, i, unit, over)
             share = result.against.coherence[row]
-            yield _Curve(_UFF_COHERENCE, f"coherence {name}", share, i, "1", over)
+            yield _Curve(COHERENCE, f"coherence {name}", share, i, "1", over)
     for pair in functions_of(result):
         unit = shown_unit(result.channels[pair.row].unit)[0]
-        yield _Curve(_UFF_RESPONSE, f"H1 {pair.label}", pair.h1, pair.row, unit, pair.inputs)
+        yield _Curve(RESPONSE, f"H1 {pair.label}", pair.h1, pair.row, unit, pair.inputs)
         yield _Curve(
-            _UFF_COHERENCE,
+            COHERENCE,
             f"coherence {pair.label}",
             pair.coherence,
             pair.row,
@@ -204,33 +171,40 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
         )
 
 
-def _datasets(result: RunResult) -> Iterator[dict[str, Any]]:
+def _head(result: RunResult, curve: _Curve) -> Head:
+    start = "" if result.start_time is None else f"{result.start_time:%d-%b-%y %H:%M:%S}"
+    spectra = result.spectra
+    cut = f", INCOMPLETE {result.told_length}" if result.incomplete else ""
+    is_ratio = curve.kind == RESPONSE
+    over = [_axis(result, curve.inputs[0])] if is_ratio else [NONE]
+    return Head(
+        curve.kind,
+        (
+            curve.name,
+            result.run,
+            start,
+            f"{spectra.n_segments} segments of {spectra.segment} samples",
+            f"sample rate {float(result.sample_rate)!r} Hz{cut}",
+        ),
+        _end(result, (curve.row,)),
+        _end(result, curve.inputs) if curve.inputs else End(),
+        0.0,
+        float(spectra.bin_width),
+        FREQUENCY,
+        Axis(_quantity(result, curve.row, curve.unit), "NONE", curve.unit),
+        *over,
+    )
+
+
+def _axis(result: RunResult, row: int) -> Axis:
+    unit = shown_unit(result.channels[row].unit)[0]
+    return Axis(_quantity(result, row, unit), "NONE", unit)
+
+
+def _end(result: RunResult, rows: Sequence[int]) -> End:
     uses = uses_of_channels(result.channels, result.test)
-    for curve in _curves(result):
-        if np.isnan(curve.values).all():
-            continue  # a coherence of one average
-        found = {
-            "func_type": curve.kind,
-            "id1": files.printable(curve.name)[:80],
-            "rsp_ent_name": _entity(result, (curve.row,)),
-            "rsp_node": curve.row + 1,
-            "rsp_dir": _direction(uses[curve.row].direction) if uses else 0,
-            "ordinate_axis_units_lab": curve.unit[:20],
-            "ordinate_spec_data_type": _quantity(result, curve.row, curve.unit),
-            "data": np.nan_to_num(curve.values),
-        }
-        if curve.inputs:
-            first = curve.inputs[0]
-            is_ratio = curve.kind == _UFF_RESPONSE
-            unit = shown_unit(result.channels[first].unit)[0] if is_ratio else "NONE"
-            found |= {
-                "ref_ent_name": _entity(result, curve.inputs),
-                "ref_node": first + 1,
-                "ref_dir": _direction(uses[first].direction) if uses else 0,
-                "orddenom_axis_units_lab": unit[:20],
-                "orddenom_spec_data_type": _quantity(result, first, unit) if is_ratio else 0,
-            }
-        yield found
+    direction = direction_of(uses[rows[0]].direction) if uses else 0
+    return End(_entity(result, rows), rows[0] + 1, direction)
 
 
 def _entity(result: RunResult, rows: Sequence[int]) -> str:
@@ -241,15 +215,7 @@ def _entity(result: RunResult, rows: Sequence[int]) -> str:
 
 def _quantity(result: RunResult, row: int, unit: str) -> int:
     """Return the number of a quantity in the format; 0 of a number without a unit."""
-    return 0 if unit == "1" else _UFF_QUANTITIES.get(result.channels[row].unit, _UFF_GENERAL)
-
-
-def _direction(vector: tuple[float, float, float] | None) -> int:
-    """Return 1, 2, 3 along x, y, z, less than 0 against it; 0 along none of them."""
-    for axis, cosine in enumerate(vector or ()):
-        if abs(cosine) > _ALONG:
-            return (axis + 1) * (1 if cosine > 0.0 else -1)
-    return 0
+    return 0 if unit == "1" else QUANTITIES.get(result.channels[row].unit, _UFF_GENERAL)
 
 
 def export_xlsx(result: RunResult, path: Path) -> None:

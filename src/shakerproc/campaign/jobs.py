@@ -3,7 +3,7 @@
 import hashlib
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -22,7 +22,7 @@ Hashed: TypeAlias = tuple[str, tuple[Seen, ...]]
 
 NOT_HASHED: Final[Hashed] = ("", ())
 
-_NOT_INPUT: Final = ("source", "folder", "recording")
+_NOT_INPUT: Final = ("source", "folder", "recording", "geometry")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,8 @@ def relative_recording(log: TestLog, test: Test) -> str:
 
 def input_of(test: Test) -> dict[str, object]:
     """Return the entries of the log for a test, without their places in the file."""
-    return {k: v for k, v in asdict(test).items() if k not in _NOT_INPUT}
+    entries = asdict(replace(test, geometry=None))  # drawn alone, and a mesh may be large
+    return {k: v for k, v in entries.items() if k not in _NOT_INPUT}
 
 
 def check_recording(job: Job, recording: SourceFile) -> None:

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import Final, final
 
 from shakerproc.data import Channel, ComplexArray, FloatArray
+from shakerproc.geometry import Place, Wireframe
+from shakerproc.modal.geometry import Geometry, geometry_of
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.tracking import Track
 from shakerproc.numerals import numeral
 from shakerproc.testlog import Test
-
-Place = tuple[float, float, float]
 
 ALIKE: Final = 0.95
 """Least correlation of two functions that are one [-]: a shift of a resonance by a third of its
@@ -77,6 +77,8 @@ class TestModes:
         What the user should know, a sentence each.
     recordings : tuple of (str, str, str)
         Id of the test, name and SHA-256 of each recording that went in.
+    wireframe : Wireframe, optional
+        Lines and surfaces on which the shapes are drawn.
     """
 
     __test__ = False
@@ -96,11 +98,17 @@ class TestModes:
     unexplained: FloatArray
     notes: tuple[str, ...]
     recordings: tuple[tuple[str, str, str], ...]
+    wireframe: Wireframe | None = None
 
     @property
     def sensor_names(self) -> list[str]:
         """Names of the sensors, in the order of the shapes."""
         return [channel.name for channel in self.sensors]
+
+    @property
+    def geometry(self) -> Geometry:
+        """The sensors and the structure that they sit on, projected for a drawing."""
+        return geometry_of(self.positions, self.directions, self.wireframe)
 
 
 @final
@@ -181,3 +189,8 @@ class ModalAnalysis:
     failed: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
     reciprocals: tuple[Reciprocal, ...] = ()
+
+
+def file_name(test: str) -> str:
+    """Return how files of a test begin, by its name: letters and digits alone."""
+    return "test_" + "".join(c if c.isascii() and c.isalnum() else "_" for c in test)

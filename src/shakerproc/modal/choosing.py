@@ -7,9 +7,11 @@ import numpy as np
 
 from shakerproc.data import Channel, Recording
 from shakerproc.errors import SpectrumError
+from shakerproc.geometry import Place, Wireframe
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.shapes import mac
 from shakerproc.numerals import numeral
+from shakerproc.runs.places import NEAR
 from shakerproc.testlog import Modal, Test
 
 SINGLE_FREQUENCIES: Final = ("sine", "stepped sine")
@@ -98,11 +100,12 @@ def responses_of(recording: Recording, taken: set[int]) -> list[int]:
 
 def remarks_of(
     sensors: Sequence[Channel],
-    positions: Sequence[object | None],
+    positions: Sequence[Place | None],
     modes: ModeSet,
     *,
     incomplete: bool,
     places: str = "add position: [0 mm, 0 mm, 0 mm] and direction: z to the channels",
+    wireframe: Wireframe | None = None,
 ) -> list[str]:
     """Return the obstacles to more modes, a sentence each; `places` is how to say positions."""
     found = []
@@ -123,6 +126,8 @@ def remarks_of(
         found.append(
             f"no position for {named}: shapes are drawn over the sensors' order; {places}"
         )
+    elif wireframe is not None and len(sensors) > 1:
+        found += _unmeasured(sensors, positions, wireframe)
     found += [
         f"modes at {first:.5g} and {second:.5g} Hz have one shape and lie within their widths: "
         "a resonance that a nonlinearity bends looks like two; compare levels, or say how many "
@@ -142,6 +147,29 @@ def remarks_of(
             "band, take a longer record, or name poles under modal: {keep: [...]}"
         )
     return found
+
+
+def _unmeasured(
+    sensors: Sequence[Channel], positions: Sequence[Place | None], wireframe: Wireframe
+) -> list[str]:
+    """Return the parts of a geometry that no sensor moves, and sensors beside it."""
+    told = [f"geometry: {note}" for note in wireframe.notes]
+    if not wireframe.edges:
+        return told
+    where = np.array([wireframe.nodes[node] for node in wireframe.used])
+    seats = np.array(positions, float)
+    apart = np.linalg.norm(where[:, np.newaxis] - seats, axis=-1) > NEAR
+    alone = [s.name for s, lost in zip(sensors, apart.all(axis=0), strict=True) if lost]
+    if alone:
+        told.append(
+            f"geometry: {', '.join(alone[:6])} sit at no node of it: drawn without lines"
+        )
+    if still := int(apart.all(axis=1).sum()):
+        told.append(
+            f"geometry: {still} of {len(where)} nodes have no sensor: lines to them are drawn "
+            f"at rest"
+        )
+    return told
 
 
 def twins_of(modes: ModeSet) -> list[tuple[float, float]]:

@@ -60,6 +60,7 @@ def _analysed(measured: ResponseFunctions, wish: Modal, notes: list[str]) -> Tes
     remarks = remarks_of(
         sensors, measured.positions, modes, incomplete=False,
         places="export the nodes (data set 15 or 2411) with the functions",
+        wireframe=measured.wireframe,
     )  # fmt: skip
     if measured.coherence is None:
         notes.append("the file holds no coherence: noise is told by the fit alone")
@@ -79,6 +80,7 @@ def _analysed(measured: ResponseFunctions, wish: Modal, notes: list[str]) -> Tes
         unexplained=_unexplained(modes, len(sensors)),
         notes=(*notes, *modes.notes, *remarks),
         recordings=((measured.name, measured.name, measured.sha256),),
+        wireframe=measured.wireframe,
     )
 
 

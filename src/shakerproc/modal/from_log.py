@@ -147,6 +147,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         first.positions,
         modes,
         incomplete=any(one.incomplete for one in taken),
+        wireframe=first.test.geometry,
     )
     return TestModes(
         name=" + ".join(str(test.id) for test in tests),
@@ -166,6 +167,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         recordings=tuple(
             (str(one.test.id), one.test.require_recording().name, one.sha256) for one in taken
         ),
+        wireframe=first.test.geometry,
     )
 
 

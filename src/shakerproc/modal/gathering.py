@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import Channel, ChannelUse, FloatArray, Recording
 from shakerproc.errors import SpectrumError
-from shakerproc.modal.analysis import Place
+from shakerproc.geometry import Place
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES, band_of, inputs_of, responses_of
 from shakerproc.modal.struck import Struck, struck_of
 from shakerproc.recordings import FAULTS, health, unusable, within

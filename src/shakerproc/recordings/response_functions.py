@@ -15,13 +15,20 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import RecordingError
+from shakerproc.geometry import Place, Wireframe
 from shakerproc.late import loaded
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.si import parse_unit
 
-Place: TypeAlias = tuple[float, float, float]
-Kind: TypeAlias = Literal["response function", "coherence", "cross spectrum", "auto spectrum"]
+Kind: TypeAlias = Literal[
+    "response function",
+    "coherence",
+    "multiple coherence",
+    "cross spectrum",
+    "auto spectrum",
+    "spectrum",
+]
 
 SAME_LINE: Final = 0.01
 """How far lines of two functions may lie apart that are one, in steps [-]: the format prints
@@ -81,11 +88,14 @@ class FunctionFile:
         Position [m] and direction [-] of channels, by name, where the file says them.
     notes : tuple of str
         What the reader had to decide or left out.
+    wireframe : Wireframe, optional
+        Nodes with lines or surfaces; None where the file holds none.
     """
 
     functions: tuple[Function, ...]
     places: Mapping[str, tuple[Place, Place]]
     notes: tuple[str, ...] = ()
+    wireframe: Wireframe | None = None
 
 
 @final
@@ -115,6 +125,8 @@ class ResponseFunctions:
         What was decided or left out, a sentence each.
     sha256 : str
         Of the file.
+    wireframe : Wireframe, optional
+        Nodes with lines or surfaces; None where the file holds none.
     """
 
     name: str
@@ -130,6 +142,7 @@ class ResponseFunctions:
     input_places: tuple[tuple[Place | None, Place | None], ...]
     notes: tuple[str, ...]
     sha256: str
+    wireframe: Wireframe | None = None
 
     @property
     def turned(self) -> "ResponseFunctions":
@@ -193,6 +206,9 @@ def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseF
         found, told = _of_spectra(file.functions, run)
         notes += told
     if not found:
+        found, told = _of_one_record(file.functions, run)
+        notes += told
+    if not found:
         kinds = sorted({f.kind for f in file.functions})
         raise RecordingError(
             f"{run}: no response functions in it{': ' * bool(kinds)}{', '.join(kinds)}. Export "
@@ -226,6 +242,7 @@ def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseF
         input_places=tuple(file.places.get(driven, none) for driven in inputs),
         notes=tuple(notes),
         sha256=digest,
+        wireframe=file.wireframe,
     )
 
 
@@ -277,6 +294,36 @@ def _of_spectra(
         found[cross.response, cross.input] = one
     told = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
     return found, told * bool(found)
+
+
+def _of_one_record(
+    functions: Sequence[Function], run: str
+) -> tuple[dict[tuple[str, str], Function], list[str]]:
+    """Return the ratios of complex spectra to that of the one force among them, and a note.
+
+    Raises
+    ------
+    RecordingError
+        If two have different lines.
+    """
+    spectra = [f for f in functions if f.kind == "spectrum" and np.any(f.values.imag)]
+    forces = [f for f in spectra if _alike(f.response_unit, "N")]
+    if len(forces) != 1:
+        return {}, []
+    force, found = forces[0], {}
+    for one in (f for f in spectra if f is not force):
+        _common_lines([one, force], run)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values = one.values / force.values
+        found[one.response, force.response] = replace(
+            one, kind="response function", values=values, input=force.response,
+            input_unit=force.response_unit,
+        )  # fmt: skip
+    told = (
+        f"{len(found)} response functions are ratios of spectra of one record to that of "
+        f"{force.response}: without averages, noise of the force makes them smaller."
+    )
+    return found, [told] * bool(found)
 
 
 def _alike(first: str, second: str) -> bool:
@@ -367,11 +414,16 @@ def _range(one: Function) -> str:
 def _coherence(
     functions: Sequence[Function], responses: Sequence[str], inputs: Sequence[str], n: int
 ) -> tuple[FloatArray | None, list[str]]:
-    """Return the coherence of each function, None where one lacks it, and a note."""
+    """Return the coherence of each function, None where one lacks it, and a note.
+
+    Where a response has no coherence to an input, its multiple coherence to all inputs counts.
+    """
     found = {(f.response, f.input): f.values.real for f in functions if f.kind == "coherence"}
-    if not found:
+    every = {f.response: f.values.real for f in functions if f.kind == "multiple coherence"}
+    if not found and not every:
         return None, []
-    rows = [[found.get((r, i), np.empty(0)) for i in inputs] for r in responses]
+    none = np.empty(0)
+    rows = [[found.get((r, i), every.get(r, none)) for i in inputs] for r in responses]
     if any(one.size != n for row in rows for one in row):
         return None, ["The coherences do not belong to all functions and are not used."]
     return np.clip(np.array(rows), 0.0, 1.0), []

@@ -11,18 +11,12 @@ import numpy as np
 
 from shakerproc.data import ArraySource
 from shakerproc.errors import RecordingError, SpectraError
+from shakerproc.geometry.data_sets import DataSet, UffError, data_sets
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
 from shakerproc.recordings.time_base import ROUNDING
-from shakerproc.recordings.uff_records import (
-    GENERAL,
-    DataSet,
-    Record,
-    UffError,
-    data_sets,
-    record_of,
-)
+from shakerproc.recordings.uff_records import GENERAL, Record, record_of
 
 LARGEST: Final = 1 << 30
 KIND: Final = 58

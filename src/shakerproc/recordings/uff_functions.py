@@ -1,23 +1,25 @@
 """Read the response functions, spectra and coherences of a universal file, and its nodes."""
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Final, final
+from typing import Final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
+from shakerproc.geometry import Place
+from shakerproc.geometry.data_sets import UffError, data_sets
+from shakerproc.geometry.universal import Units, units_of, wireframe_of
 from shakerproc.recordings.guard import AGAIN
-from shakerproc.recordings.response_functions import Function, FunctionFile, Kind, Place
+from shakerproc.recordings.response_functions import Function, FunctionFile, Kind
 from shakerproc.recordings.uff import KIND, LARGEST
-from shakerproc.recordings.uff_records import DataSet, Record, UffError, data_sets, record_of
+from shakerproc.recordings.uff_records import Record, record_of
 
 _KINDS: Final[Mapping[int, Kind]] = {
-    2: "auto spectrum", 3: "cross spectrum", 4: "response function", 6: "coherence",
-    9: "auto spectrum", 26: "coherence",
+    2: "auto spectrum", 3: "cross spectrum", 4: "response function", 5: "response function",
+    6: "coherence", 9: "auto spectrum", 12: "spectrum", 26: "multiple coherence",
 }  # fmt: skip
 _UNITS: Final = {
     "8": "m", "11": "m/s", "12": "m/s^2", "13": "N", "9": "N", "15": "Pa",
@@ -28,19 +30,6 @@ _DIRECTIONS: Final = {
     0: "", 1: "x", -1: "-x", 2: "y", -2: "-y", 3: "z", -3: "-z", 4: "rx", -4: "-rx", 5: "ry",
     -5: "-ry", 6: "rz", -6: "-rz",
 }  # fmt: skip
-_NODES: Final = (15, 781, 2411)
-"""Data sets of nodes: in the first a node is a line, in the others two."""
-
-_NUMBER: Final = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[EeDd][-+]?\d+)?")
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class _System:
-    """How many of a file's units of length and of force are in a metre and in a newton."""
-
-    length: float = 1.0
-    force: float = 1.0
 
 
 def read_uff_functions(path: Path, run: str) -> FunctionFile:
@@ -62,20 +51,22 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
     try:
         found = list(data_sets(content))
         records = [record_of(content, one, spectra=True) for one in found if one.kind == KIND]
-        system = _system(content, found)
-        nodes = dict(_nodes(content, found, system.length))
+        units = units_of(content, found)
+        wireframe, left_out = wireframe_of(content, found, units)
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     whole = [record for record in records if record.head]
     names = _names(whole)
-    functions = list(_functions(records, names, system, run))
+    functions = list(_functions(records, names, units, run))
     places = {
-        name: (nodes[node], direction)
+        name: (wireframe.nodes[node], wireframe.turned(node, direction))
         for record in whole
         for name, node, direction in _seats(record, names)
-        if node in nodes and direction is not None
+        if node in wireframe.nodes and direction is not None
     }
-    notes = []
+    notes = [f"Geometry: {note}." for note in (*wireframe.notes, *left_out[:1])]
+    if len(left_out) > 1:
+        notes.append(f"Geometry: {len(left_out)} lines and surfaces are not drawn for this.")
     others = len(records) - len(functions)
     if others:
         notes.append(f"Not used: {others} records that are no response functions or spectra.")
@@ -83,13 +74,14 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
     if silent and functions:
         notes.append(
             f"{silent} records do not say their unit: that of their type of data is taken "
-            f"(m/s^2, N, m), with {system.length:g} units of length in a metre."
+            f"(m/s^2, N, m), with {units.length:g} units of length in a metre."
         )
-    return FunctionFile(tuple(functions), places, tuple(notes))
+    drawn = replace(wireframe, notes=()) if wireframe.edges else None
+    return FunctionFile(tuple(functions), places, tuple(notes), drawn)
 
 
 def _functions(
-    records: Sequence[Record], names: frozenset[str], system: _System, run: str
+    records: Sequence[Record], names: frozenset[str], units: Units, run: str
 ) -> Iterator[Function]:
     """Yield the records that are functions of a known kind.
 
@@ -103,11 +95,11 @@ def _functions(
             raise RecordingError(f"{run}: the file ends inside record {number}. {AGAIN}")
         kind = _KINDS.get(record.function)
         if kind is not None:
-            yield _function(record, kind, f"record {number}", names, system, run)
+            yield _function(record, kind, f"record {number}", names, units, run)
 
 
 def _function(  # noqa: PLR0917
-    record: Record, kind: Kind, where: str, names: frozenset[str], system: _System, run: str
+    record: Record, kind: Kind, where: str, names: frozenset[str], units: Units, run: str
 ) -> Function:
     """Return a record as a function.
 
@@ -123,11 +115,13 @@ def _function(  # noqa: PLR0917
     even: FloatArray = record.start + record.step * np.arange(values.size, dtype=float)
     lines = even if record.times is None else record.times
     (response, _, _), (driven, _, _) = _seats(record, names)
-    up, scale = _unit(record.head[8], system)
-    down, other = _unit(record.head[9], system)
+    up, scale = _unit(record.head[8], units)
+    down, other = _unit(record.head[9], units)
     if kind in {"response function", "cross spectrum"}:
         values = values * (scale / other)
-    if kind == "auto spectrum":
+    if kind == "spectrum":
+        values = values * scale
+    if kind in {"auto spectrum", "spectrum"}:
         driven = response
     return Function(where, kind, response, driven, up, down, lines, values)
 
@@ -138,7 +132,7 @@ def _said(line: str) -> str:
     return "" if text.casefold() == "none" else text
 
 
-def _unit(line: str, system: _System) -> tuple[str, float]:
+def _unit(line: str, units: Units) -> tuple[str, float]:
     """Return the unit of an axis, and what one of the file's is in it.
 
     What the file says counts; an axis without a text is in the system of units of the file.
@@ -146,7 +140,7 @@ def _unit(line: str, system: _System) -> tuple[str, float]:
     if said := _said(line):
         return said, 1.0
     unit = _UNITS.get(line[:10].strip(), "")
-    return unit, 1.0 / (system.length if unit.startswith("m") else system.force)
+    return unit, 1.0 / (units.length if unit.startswith("m") else units.force)
 
 
 def _ends(record: Record) -> Iterator[tuple[str, int, int]]:
@@ -195,36 +189,3 @@ def _whole(cell: str) -> int:
         return int(cell)
     except ValueError:
         return 0
-
-
-def _system(content: bytes, found: list[DataSet]) -> _System:
-    """Return the units of a file, by its data set 164; SI without one."""
-    for one in found:
-        rows = _numbers(content, one)[1:] if one.kind == 164 else []
-        if rows and len(rows[0]) >= 2 and min(rows[0][:2]) > 0.0:
-            return _System(rows[0][0], rows[0][1])
-    return _System()
-
-
-def _nodes(content: bytes, found: list[DataSet], factor: float) -> Iterator[tuple[int, Place]]:
-    """Yield number and position [m] of the nodes of data sets 15, 781 and 2411."""
-    for one in (one for one in found if one.kind in _NODES):
-        lines = _numbers(content, one)
-        rows = lines if one.kind == 15 else [a + b for a, b in _pairs(lines)]
-        for row in rows:
-            if len(row) >= 7:
-                x, y, z = (value / factor for value in row[4:7])
-                yield int(row[0]), (x, y, z)
-
-
-def _pairs(lines: list[list[float]]) -> Iterator[tuple[list[float], list[float]]]:
-    yield from zip(lines[::2], lines[1::2], strict=False)
-
-
-def _numbers(content: bytes, one: DataSet) -> list[list[float]]:
-    """Return the numbers of each line of a data set."""
-    text = content[one.start : one.stop].decode("ascii", errors="replace")
-    return [
-        [float(cell.replace("D", "E").replace("d", "e")) for cell in _NUMBER.findall(line)]
-        for line in text.splitlines()
-    ]

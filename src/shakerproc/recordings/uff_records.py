@@ -4,7 +4,6 @@ A record says how many values it holds and, in the binary form, in how many byte
 file that was cut short lacks is known.
 """
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import cycle
@@ -13,13 +12,17 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.geometry.data_sets import (
+    COMPLEX,
+    HEAD,
+    TYPES,
+    DataSet,
+    UffError,
+    integer,
+    skip_lines,
+)
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.times import is_time
-
-_MARK: Final = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
-_MARK_HERE: Final = re.compile(rb" {4}-1[ \t]*\r?(?=\n|\Z)")
-_HEAD: Final = 11
-"""Lines between the kind of a record and its numbers."""
 
 GENERAL, TIME_RESPONSE = 0, 1
 """Types of function that may be a recording."""
@@ -27,8 +30,6 @@ GENERAL, TIME_RESPONSE = 0, 1
 _QUANTITIES: Final = {"17": "Time", "18": "Frequency", "19": "Frequency"}
 """Types of an abscissa: time, frequency, and revolutions per minute."""
 
-_TYPES: Final = {2: "f4", 4: "f8", 5: "f4", 6: "f8"}
-_COMPLEX: Final = {5, 6}
 _SINGLE, _DOUBLE, _COMPLEX_SINGLE, _COMPLEX_DOUBLE = 2, 4, 5, 6
 _COLUMNS: Final = {
     (_SINGLE, True): (13,), (_DOUBLE, True): (20,),
@@ -42,44 +43,6 @@ complex ones E13.5, 2E20.12."""
 
 _IN_LINE: Final = {_SINGLE: 6, _DOUBLE: 4, _COMPLEX_SINGLE: 6, _COMPLEX_DOUBLE: 4}
 """Numbers of a line in the text form at most, an abscissa counted as one."""
-
-
-class UffError(Exception):
-    """A universal file is not what it says.
-
-    Attributes
-    ----------
-    place : int
-        Byte of the file.
-    """
-
-    def __init__(self, place: int, message: str) -> None:
-        self.place = place
-        super().__init__(message)
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class DataSet:
-    """What stands between two marks.
-
-    Attributes
-    ----------
-    kind : int
-        Number of the data set.
-    start, stop : int
-        Bytes of what follows the line with the kind.
-    binary : bytes
-        The line with the kind, where the numbers are binary; else empty.
-    cut : bool
-        Whether the file ends inside it.
-    """
-
-    kind: int
-    start: int
-    stop: int
-    binary: bytes
-    cut: bool
 
 
 @final
@@ -151,61 +114,6 @@ class Record:
         return over_time and not self.is_complex
 
 
-def data_sets(content: bytes) -> Iterator[DataSet]:
-    """Yield the data sets of a file in their order.
-
-    Raises
-    ------
-    UffError
-        If something stands between them, or a binary one does not end where it should.
-    """
-    at = 0
-    while (mark := _MARK.search(content, at)) is not None:
-        if content[at : mark.start()].strip():
-            raise UffError(at, "something stands between two data sets: a mark is missing")
-        start = _after_line(content, mark.end())
-        if b"\n" not in content[start:]:
-            raise UffError(start, "the file ends where a data set begins")
-        line = content[start : _after_line(content, start)].strip(b"\r\n")
-        kind = line[:6].strip()
-        if not kind.isdigit():
-            raise UffError(start, "a data set has no number")
-        body = _after_line(content, start)
-        if line[6:7].lower() == b"b" and int(kind) == 58:
-            stop = _skip_lines(content, body, _HEAD) + _integer(line[31:43], start)
-            closing = _MARK_HERE.match(content, _after_blank(content, stop))
-            if closing is None:  # pyuff counts half the bytes of complex numbers
-                counted = _skip_lines(content, body, _HEAD) + _counted(content, body)
-                closing = _MARK_HERE.match(content, _after_blank(content, counted))
-                stop = stop if closing is None else counted
-            if closing is None and stop <= len(content) and content[stop:].strip():
-                raise UffError(
-                    stop, "a record does not end where it says, behind its bytes of numbers"
-                )
-        else:
-            line = b""
-            closing = _MARK.search(content, body)
-            stop = closing.start() if closing else len(content)
-        yield DataSet(int(kind), body, min(stop, len(content)), line, closing is None)
-        if closing is None:
-            return
-        at = closing.end()
-    if content[at:].strip():
-        raise UffError(at, "something stands behind the last data set: a mark is missing")
-
-
-def _counted(content: bytes, body: int) -> int:
-    """Return the bytes of a binary record by its type and count; 0 where they are not said."""
-    head = content[body : _skip_lines(content, body, _HEAD)].splitlines()
-    try:
-        kind, count, spacing = (int(head[6][at : at + 10]) for at in (0, 10, 20))
-    except (ValueError, IndexError):
-        return 0
-    width = np.dtype(_TYPES.get(kind, "f8")).itemsize
-    parts = (2 if kind in _COMPLEX else 1) + (0 if spacing else 1)
-    return max(0, count) * width * parts
-
-
 def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Record:
     """Return a record of kind 58; with `spectra`, the values of those that are no samples too.
 
@@ -214,19 +122,19 @@ def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Recor
     UffError
         If its header is not what it should be, or it holds other than it says.
     """
-    body = _skip_lines(content, found.start, _HEAD)
+    body = skip_lines(content, found.start, HEAD)
     lines = content[found.start : body].splitlines()
-    if found.cut and (body > found.stop or len(lines) < _HEAD):
+    if found.cut and (body > found.stop or len(lines) < HEAD):
         return Record((), 1, "", "", 0.0, -1, np.empty(0), is_complex=False, cut=True)
     if body > found.stop:
         raise UffError(found.start, "a record ends inside its header")
     head = [line.decode("utf-8", errors="replace") for line in lines]
     place = found.start
-    kind = _integer(lines[6][:10], place)
-    promised = _integer(lines[6][10:20], place)
-    function = _integer(lines[5][:5], place)
-    spacing = _integer(lines[6][20:30], place)
-    if kind not in _TYPES:
+    kind = integer(lines[6][:10], place)
+    promised = integer(lines[6][10:20], place)
+    function = integer(lines[5][:5], place)
+    spacing = integer(lines[6][20:30], place)
+    if kind not in TYPES:
         raise UffError(place, f"a record holds numbers of type {kind}, unknown here")
     record = Record(
         texts=tuple(text.strip() for text in head[:5]),
@@ -236,7 +144,7 @@ def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Recor
         step=_real(lines[6][43:56], place) if spacing else 0.0,
         promised=promised,
         values=np.empty(0),
-        is_complex=kind in _COMPLEX,
+        is_complex=kind in COMPLEX,
         cut=found.cut,
         start=_real(lines[6][30:43], place) if spacing else 0.0,
         step_text=head[6][43:56],
@@ -307,10 +215,10 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
     UffError
         If they are no whole number of numbers.
     """
-    order = "<" if _integer(there.found.binary[7:13], there.body) == 1 else ">"
-    dtype = np.dtype(order + _TYPES[there.kind])
+    order = "<" if integer(there.found.binary[7:13], there.body) == 1 else ">"
+    dtype = np.dtype(order + TYPES[there.kind])
     data = there.content[there.body : there.found.stop]
-    width = 2 if there.kind in _COMPLEX else 1
+    width = 2 if there.kind in COMPLEX else 1
     mixed = np.dtype([("x", order + "f4"), ("y", dtype, (width,))])
     double = dtype.itemsize == 8 and not there.even
     if double and len(data) == promised * mixed.itemsize:
@@ -355,37 +263,6 @@ def _in_columns(line: bytes, widths: tuple[int, ...]) -> Iterator[bytes]:
             return
         yield line[at : at + width].strip()
         at += width
-
-
-def _after_line(content: bytes, at: int) -> int:
-    end = content.find(b"\n", at)
-    return end + 1 if end >= 0 else len(content)
-
-
-def _skip_lines(content: bytes, at: int, count: int) -> int:
-    """Return where the lines end; beyond the file where there are fewer."""
-    for _ in range(count):
-        end = content.find(b"\n", at)
-        if end < 0:
-            return len(content) + 1
-        at = end + 1
-    return at
-
-
-def _after_blank(content: bytes, at: int) -> int:
-    while content[at : at + 1] in {b"\r", b"\n"}:
-        at += 1
-    return at
-
-
-def _integer(cell: bytes, place: int) -> int:
-    try:
-        number = int(cell)
-    except ValueError as error:
-        raise UffError(place, f"{cell[:12]!r} should be a whole number") from error
-    if number < 0 or len(cell) > 20:
-        raise UffError(place, f"{number} should not be below 0")
-    return number
 
 
 def _real(cell: bytes, place: int) -> float:

@@ -56,7 +56,7 @@ def merged_channels(
         If two used channels go by one name, or one has two scales or none to override with.
     """
     uses = [
-        ChannelUse(key, **dict(section), default=key not in test)
+        ChannelUse(key, **section.model_dump(exclude={"node"}), default=key not in test)
         for key, section in (dict(log) | dict(test)).items()
     ]
     named: dict[str, Key] = {}
@@ -150,6 +150,7 @@ def merged_processing(
         ),
         splitting=_asked(base.splitting, section.splitting, Splitting(), "splitting"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
+        uncertainty=given.get("uncertainty", base.uncertainty),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
         hammer=_overridden(base.hammer, section.hammer),

@@ -7,6 +7,7 @@ from typing import TypeAlias, final
 
 from shakerproc.data import ChannelUse
 from shakerproc.errors import LogError
+from shakerproc.geometry import Wireframe
 from shakerproc.testlog.equipment import Instrument
 from shakerproc.testlog.excitation import Excitation, LevelUnit, Profile
 from shakerproc.testlog.multisine import Multisine
@@ -118,6 +119,8 @@ class Test:
         Whether it has not been run yet: it has no recording, and only forecasts read it.
     duration : float, optional
         How long a planned test is to shake, where no rate says it [s].
+    geometry : Wireframe, optional
+        Nodes, lines and surfaces of the structure.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -158,6 +161,7 @@ class Test:
     instruments: tuple[Instrument, ...] = ()
     planned: bool = False
     duration: float | None = None
+    geometry: Wireframe | None = None
 
     @property
     def band(self) -> tuple[float, float] | None:

@@ -1,5 +1,6 @@
 """The YAML log sheet, read into a TestLog: cross-checked, every message with its place."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +13,7 @@ from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.excitation import LevelUnit, Profile
 from shakerproc.testlog.excitation_sections import multisine_of, tones_of
+from shakerproc.testlog.geometry import geometry_of, seated
 from shakerproc.testlog.header import Header
 from shakerproc.testlog.header_section import header_of
 from shakerproc.testlog.levels import level_of, rate_of, tidy
@@ -30,7 +32,7 @@ from shakerproc.testlog.parts import Beside, Event
 from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.processing import Processing
 from shakerproc.testlog.profiles import fitting_profile, profile_of
-from shakerproc.testlog.schema import BesideSection, LogSection, TestSection
+from shakerproc.testlog.schema import BesideSection, ChannelSection, LogSection, TestSection
 from shakerproc.testlog.specimens import Table, specimens_of
 
 
@@ -88,8 +90,10 @@ class _Reader:
         self.recordings = _recordings(document)
         self.sharing = Sharing()
         self.calibrations = self._calibrations()
+        with _At(document, "geometry"):
+            self.geometry = geometry_of(section.geometry, document.path.parent)
         with _At(document, "channels"):
-            self.channels = calibrated(merged_channels(section.channels, {}), self.calibrations)
+            self.channels = self._channels(section.channels, {})
         with _At(document, "processing"):
             merged = merged_processing(Processing(), section.processing, self.channels)
             said = frozenset(section.processing.model_fields_set)
@@ -177,10 +181,18 @@ class _Reader:
             instruments=self.instruments,
             planned=section.planned,
             duration=section.duration,
+            geometry=self.geometry,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)
         return test
+
+    def _channels(
+        self, log: Mapping[Key, ChannelSection], test: Mapping[Key, ChannelSection]
+    ) -> tuple[ChannelUse, ...]:
+        """Return the uses of the channels, calibrated and at their nodes."""
+        uses = calibrated(merged_channels(log, test), self.calibrations)
+        return seated(uses, dict(log) | dict(test), self.geometry)
 
     def _calibrations(self) -> dict[str, Calibration]:
         if self.section.calibration is None:
@@ -256,7 +268,7 @@ class _Reader:
             if name is None and section.group is None:
                 raise MisfitError("expected recording or group: where the channels are")
             with _At(self.document, "tests", i, "beside", j, "channels"):
-                channels = calibrated(merged_channels({}, section.channels), self.calibrations)
+                channels = self._channels({}, section.channels)
             return Beside(
                 None if name is None else relative_path(name),
                 channels,
@@ -290,9 +302,7 @@ class _Reader:
         channels, processing = self.channels, self.processing
         if section.channels:
             with _At(self.document, "tests", i, "channels"):
-                channels = calibrated(
-                    merged_channels(self.section.channels, section.channels), self.calibrations
-                )
+                channels = self._channels(self.section.channels, section.channels)
         if section.channels or "processing" in section.model_fields_set:
             with _At(self.document, "tests", i, "processing"):
                 processing = merged_processing(processing, section.processing, channels)

@@ -4,7 +4,7 @@ Levels stay text until the kind of excitation is known. Whatever is not listed h
 further columns go under `tags`.
 """
 
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
@@ -30,6 +30,9 @@ from shakerproc.testlog.header_section import HeaderSection
 from shakerproc.testlog.processing_sections import BandSection, ProcessingSection, SampleRate
 from shakerproc.units import in_unit
 
+MOST_NODE: Final = 999_999_999
+"""Largest number of a node that a universal file can hold beside another."""
+
 
 class ChannelSection(Section):
     """One channel of the recordings."""
@@ -42,6 +45,7 @@ class ChannelSection(Section):
     override: bool = False
     position: Annotated[tuple[Metre, Metre, Metre], FromList] | None = None
     direction: Direction | None = None
+    node: Annotated[int, Field(ge=1, le=MOST_NODE)] | None = None
     sensor: (
         Annotated[str, BeforeValidator(lambda v: str(v) if type(v) is int else v)] | None
     ) = None
@@ -191,6 +195,24 @@ class ModalSection(Section):
     together: bool | None = None
 
 
+Node: TypeAlias = Annotated[int, Field(ge=1, le=MOST_NODE)]
+Rows: TypeAlias = Annotated[tuple[Annotated[tuple[Node, ...], FromList], ...], FromList]
+
+
+class GeometrySection(Section):
+    """Nodes, lines and surfaces of the structure."""
+
+    nodes: Annotated[
+        Annotated[str, Tag("<file>")]
+        | Annotated[
+            dict[Node, Annotated[tuple[Metre, Metre, Metre], FromList]], Tag("<inline>")
+        ],
+        Discriminator(lambda value: "<file>" if isinstance(value, str) else "<inline>"),
+    ]
+    lines: Rows = ()
+    surfaces: Rows = ()
+
+
 class LogSection(Section):
     """The whole log."""
 
@@ -204,6 +226,13 @@ class LogSection(Section):
     expect: ExpectSection = Field(default_factory=ExpectSection)
     shaker: ShakerSection = Field(default_factory=ShakerSection)
     modal: ModalSection = Field(default_factory=ModalSection)
+    geometry: (
+        Annotated[
+            Annotated[str, Tag("<file>")] | Annotated[GeometrySection, Tag("<inline>")],
+            Discriminator(lambda value: "<file>" if isinstance(value, str) else "<inline>"),
+        ]
+        | None
+    ) = None
     profiles: dict[Text, ProfileSection] = Field(default_factory=dict)
     limits: dict[Text, Any] = Field(default_factory=dict)
     specimens: Annotated[

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from shakerproc import files
-from shakerproc.modal.analysis import ModalAnalysis
+from shakerproc.modal.analysis import ModalAnalysis, file_name
 from shakerproc.report.modal.sections import modal_report
 from shakerproc.report.page.page import write_report
 from shakerproc.workflows.modal_tables import (
@@ -16,6 +16,7 @@ from shakerproc.workflows.modal_tables import (
     track_columns,
     trend_columns,
 )
+from shakerproc.workflows.modal_universal import write_universal
 
 
 def write_modes(
@@ -36,6 +37,9 @@ def write_modes(
         files.write_csv(folder / "mode_trends.csv", points)
     if analysis.reciprocals:
         files.write_csv(folder / "reciprocity.csv", reciprocity_columns(analysis))
+    for one in analysis.tests:
+        if one.modes.poles.size:
+            write_universal(folder / f"{file_name(one.name)}.uff", one, analysis.title)
     files.write_json(folder / "report.json", document)
     if figures:
         from shakerproc.report.modal.figures import draw_modal

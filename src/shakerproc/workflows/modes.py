@@ -1,5 +1,6 @@
 """Modes of the tests of a log: what `shakerproc modal` does."""
 
+from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from shakerproc.campaign.mode_trends import told_of_modes
 from shakerproc.errors import ArgumentError
-from shakerproc.modal.analysis import ModalAnalysis
+from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.from_functions import analyse_functions
 from shakerproc.modal.from_log import analyse_log
 from shakerproc.recordings.response_functions import holds_functions, read_functions
@@ -105,12 +106,80 @@ class Modes(Shown):
             known = figures_of(self.found)
             return known[choice_of("figure", figure, known, "a figure")]()
 
+    def shape(self, mode: int, test: str | int | None = None) -> "ModeShape":
+        """Return a mode shape that swings in a notebook, on the geometry where there is one.
+
+        Parameters
+        ----------
+        mode : int
+            Its number, from 1.
+        test : str or int, optional
+            Name of the test; by default the first.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such test, mode or shape.
+        """
+        known = {one.name: one for one in self.found.tests if len(one.sensors) > 1}
+        one = known[choice_of("test", "" if test is None else str(test), known, "a test")]
+        return ModeShape(one, whole_of("mode", mode, 1, one.modes.poles.size) - 1)
+
     def _repr_html_(self) -> str:
         told = [*told_of_modes(self.found), *self.found.notes]
         told += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
         told += [f"test {one.name}: {note}" for one in self.found.tests for note in one.notes]
         names = ["test", "mode", "frequency_hz", "damping", "damping_low", "damping_high"]
         return html(f"{self.found.title}: modes", told, self.to_pandas()[names])
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ModeShape(Shown):
+    """A mode shape of a test; a notebook shows it moving.
+
+    Attributes
+    ----------
+    test : shakerproc.modal.analysis.TestModes
+        The test.
+    number : int
+        Of the mode, from 0.
+    """
+
+    test: TestModes
+    number: int
+
+    @property
+    def svg(self) -> str:
+        """The moving picture, whole in itself, as an SVG file holds it."""
+        from shakerproc.report.modal.shapes import moving_shape
+        from shakerproc.report.page.page import svg_file
+
+        one, shape = self.test, self.test.modes.shapes[self.number]
+        title = f"Shape of mode {self.number + 1}"
+        return svg_file(moving_shape(one.geometry, shape, one.sensor_names, title))
+
+    def plot(self) -> "Figure":
+        """Return the shape at its largest, at rest grey."""
+        from shakerproc.report.figures import style
+        from shakerproc.report.modal.figures import draw_shape
+
+        with style.look():
+            figure, (axis,) = style.figure(5.0, 3.4)
+            axis.set_axis_off()
+            one = self.test
+            draw_shape(axis, one.geometry, one.modes.shapes[self.number], one.sensor_names)
+        return figure
+
+    def _repr_html_(self) -> str:
+        modes, i = self.test.modes, self.number
+        heading = (
+            f"Mode {i + 1} of test {self.test.name}: {modes.frequency[i]:.5g} Hz, "
+            f"damping {modes.damping[i]:.3%}"
+        )
+        picture = b64encode(self.svg.encode()).decode()
+        source = f"data:image/svg+xml;base64,{picture}"
+        return f'{html(heading)}\n<img width="540" alt="mode shape" src="{source}">'
 
 
 def modes(

@@ -7,6 +7,7 @@ from shakerproc.diagnosis.data.tests import Test
 from shakerproc.spectra import CrossSpectra, cross_spectra
 
 _SEGMENTS: Final = 24  # of a test, for its coherence
+_FEWEST: Final = 2  # of a short one, which overlap by half
 
 
 def spectra_of(test: Test, rows: FloatArray) -> CrossSpectra:
@@ -20,5 +21,6 @@ def spectra_of(test: Test, rows: FloatArray) -> CrossSpectra:
         As long as the test.
     """
     judged = rows[:, test.start : test.stop]
-    segment = min(4096, max(256, judged.shape[1] // _SEGMENTS))
+    length = judged.shape[1]
+    segment = min(4096, max(256, length // _SEGMENTS), length // _FEWEST)
     return cross_spectra(judged, test.sample_rate, segment=segment)

@@ -1,6 +1,6 @@
 """Modal analysis as figures: stabilisation, synthesis over measurement, shapes, MAC, trends."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.campaign.mode_trends import trends_of_modes
-from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
-from shakerproc.modal.geometry import geometry_of
+from shakerproc.data import ComplexArray
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes, file_name
+from shakerproc.modal.geometry import Geometry
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import Track
@@ -32,6 +33,10 @@ ACROSS: Final = 3
 """Shapes in a row."""
 
 
+LETTER: Final = (0.022, 0.043)
+"""Width and height of letters of 6 pt on a drawing of 2.2 in, as shares of it [-]."""
+
+
 def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
     """Draw every figure of an analysis, and return the files."""
     with style.look():
@@ -46,7 +51,7 @@ def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
     """Return the function that draws each figure of an analysis, by name."""
     found: dict[str, Callable[[], Figure]] = {}
     for one in analysis.tests:
-        name = "".join(c if c.isascii() and c.isalnum() else "_" for c in one.name)
+        name = file_name(one.name)
         kinds = {"stabilisation": stabilisation_figure}
         shaped = len(one.sensors) > 1
         if one.functions is not None:
@@ -55,7 +60,7 @@ def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
             kinds["shapes"] = shapes_figure
         if shaped and one.modes.poles.size > 1:
             kinds["mac"] = mac_figure
-        found |= {f"test_{name}_{kind}": partial(draw, one) for kind, draw in kinds.items()}
+        found |= {f"{name}_{kind}": partial(draw, one) for kind, draw in kinds.items()}
     for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
         found[f"reciprocity_{number}"] = partial(reciprocity_figure, pair)
     if _tracked(analysis):
@@ -174,36 +179,14 @@ def shapes_figure(one: TestModes) -> "Figure":
     modes = one.modes
     from matplotlib.figure import Figure
 
-    drawn = geometry_of(one.positions, one.directions)
+    drawn = one.geometry
     rows = -(-modes.poles.size // ACROSS)
     figure = Figure(figsize=(7.6, 0.6 + 1.75 * rows), layout="constrained")
     axes = figure.subplots(rows, ACROSS, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
-    low, high = drawn.rest.min(axis=0) - 0.27, drawn.rest.max(axis=0) + 0.27
     for number, axis in zip(range(modes.poles.size), axes.flat, strict=False):
-        moved = drawn.moved(modes.shapes[number], 0.0)
-        for a, b in drawn.edges:
-            axis.plot(*drawn.rest[[a, b]].T, color="#b8b8b8", lw=1.0)
-            axis.plot(*moved[[a, b]].T, color=style.COLOURS[0], lw=1.5)
-        for still, now in zip(drawn.rest, moved, strict=True):
-            axis.plot(*np.stack([still, now]).T, color=style.COLOURS[0], lw=0.5, alpha=0.6)
-        axis.plot(*drawn.rest.T, "o", color="#b8b8b8", ms=2.5)
-        axis.plot(*moved.T, "o", color=style.COLOURS[0], ms=3.5)
-        for name, place in zip(one.sensor_names, drawn.rest, strict=True):
-            axis.annotate(
-                name,
-                place,
-                (0, -4),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-                fontsize=6,
-            )
-        axis.set_xlim(low[0], high[0])
-        axis.set_ylim(low[1], high[1])
-        if np.ptp(drawn.rest[:, 1]) > 0.02:  # a line across may be stretched upwards
-            axis.set_aspect("equal")
+        draw_shape(axis, drawn, modes.shapes[number], one.sensor_names)
         axis.set_title(
             f"{number + 1}: {numeral(modes.frequency[number], 4)} Hz, "
             f"{modes.damping[number]:.2%}\n"
@@ -212,6 +195,40 @@ def shapes_figure(one: TestModes) -> "Figure":
         )
     figure.suptitle(f"{_title(one)}: mode shapes", fontsize=10, x=0.01, ha="left")
     return figure
+
+
+def draw_shape(
+    axis: "Axes", drawn: Geometry, shape: ComplexArray, names: Sequence[str]
+) -> None:
+    """Draw a mode shape: at rest grey; at its largest in colour."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    rest, moved, seats = drawn.rest, drawn.moved(shape, 0.0), drawn.measured
+    colour = style.COLOURS[0]
+    grey = [rest[[a, b]] for a, b in (*drawn.still, *drawn.edges)]
+    axis.add_collection(LineCollection(grey, colors="#b8b8b8", linewidths=1.0))
+    faces = [Outline(moved[[*f, f[0]]], closed=True) for f in drawn.upright_faces]
+    if faces:
+        whole = Outline.make_compound_path(*faces)
+        axis.add_patch(PathPatch(whole, facecolor=colour, alpha=0.13, linewidth=0.0))
+    lines = [moved[[a, b]] for a, b in drawn.edges]
+    axis.add_collection(LineCollection(lines, colors=colour, linewidths=1.5))
+    ways = [np.stack([rest[i], moved[i]]) for i in seats]
+    axis.add_collection(LineCollection(ways, colors=colour, linewidths=0.5, alpha=0.6))
+    axis.plot(*rest[seats].T, "o", color="#b8b8b8", ms=2.5)
+    axis.plot(*moved[seats].T, "o", color=colour, ms=3.5)
+    for place, name in drawn.fitting(drawn.labels(names), LETTER).items():
+        axis.annotate(
+            name, rest[place], (0, -4), textcoords="offset points", ha="center", va="top",
+            fontsize=6,
+        )  # fmt: skip
+    low, high = drawn.bounds
+    axis.set_xlim(low[0], high[0])
+    axis.set_ylim(low[1], high[1])
+    if np.ptp(rest[:, 1]) > 0.02:  # a line across may be stretched upwards
+        axis.set_aspect("equal")
 
 
 def mac_figure(one: TestModes) -> "Figure":

@@ -9,7 +9,6 @@ import numpy as np
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
-from shakerproc.modal.geometry import geometry_of
 from shakerproc.modal.scatter import told_scatter
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
@@ -19,7 +18,7 @@ from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Mark, Plot
 from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.modal.figures import indicator
-from shakerproc.report.modal.shapes import matrix, moving_shape
+from shakerproc.report.modal.shapes import matrix, moving_shape, swings
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
@@ -192,12 +191,13 @@ def _shapes(one: TestModes) -> list[PageFigure]:
     """Return the moving shapes; none of a single sensor."""
     if len(one.sensors) < 2:
         return []
-    geometry = geometry_of(one.positions, one.directions)
-    modes = one.modes
+    geometry, modes = one.geometry, one.modes
+    still = "" if swings(geometry) else ", at its largest: too many lines to move"
     return [
         PageFigure(
             f"Mode {i + 1}: {modes.frequency[i]:.5g} Hz",
-            f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}",
+            f"damping {modes.damping[i]:.3%}, phase collinearity {modes.collinearity[i]:.2f}"
+            + still,
             moving_shape(geometry, modes.shapes[i], one.sensor_names, f"Shape of mode {i + 1}"),
         )
         for i in range(modes.poles.size)

@@ -1,7 +1,7 @@
 """Mode shapes that move, and matrices of MAC, as SVG in the report."""
 
-from collections.abc import Callable, Sequence
-from typing import Final
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final, TypeAlias
 
 import numpy as np
 from markupsafe import Markup
@@ -17,9 +17,21 @@ FRAMES: Final = 16
 SECONDS: Final = 1.6
 """Length of that period on the screen [s]."""
 
+MOST_MOVING: Final = 2000
+"""Lines and surfaces that swing: more make a page of many modes too heavy for a browser."""
+
+Pixels: TypeAlias = Sequence[tuple[int, int]]
+"""Places in a drawing [px/10]."""
+
+_LETTER, _LINE = 24, 50  # width and height of letters [px/10]
 _WIDTH, _HEIGHT, _MARGIN = 360, 190, 34  # of a shape [px]
 _CELL, _LEFT, _BELOW = 44, 70, 22  # of a matrix [px]
 _SHADES: Final = 8
+
+
+def swings(geometry: Geometry) -> bool:
+    """Return whether shapes on a geometry move on the page."""
+    return len(geometry.edges) + len(geometry.faces) <= MOST_MOVING
 
 
 def moving_shape(
@@ -32,55 +44,70 @@ def moving_shape(
 
     `shape` may be in any unit; `names` are those of the sensors, at their places at rest.
     """
-    low, high = geometry.rest.min(axis=0) - 0.27, geometry.rest.max(axis=0) + 0.27
+    low, high = geometry.bounds
     scale = min(
         (_WIDTH - 2 * _MARGIN) / (high[0] - low[0]), (_HEIGHT - 16) / (high[1] - low[1])
     )
 
-    def at(places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        middle = places - (low + high) / 2.0
-        x = (_WIDTH / 2 + scale * middle[:, 0]) * UNIT
-        return x, (_HEIGHT / 2 - scale * middle[:, 1]) * UNIT
+    def at(places: FloatArray) -> list[tuple[int, int]]:
+        across, up = (scale * (places - (low + high) / 2.0)).T
+        x_y = np.column_stack([_WIDTH / 2 + across, _HEIGHT / 2 - up])
+        pixels = np.rint(x_y * UNIT).astype(int)
+        return [(int(x), int(y)) for x, y in pixels]
 
-    def path(places: FloatArray) -> str:
-        x, y = at(places)
-        return "".join(
-            f"M{x[a]:.0f} {y[a]:.0f}L{x[b]:.0f} {y[b]:.0f}" for a, b in geometry.edges
-        )
+    def lines(pixels: Pixels, edges: Sequence[tuple[int, int]]) -> str:
+        return "".join("M{} {}L{} {}".format(*pixels[a], *pixels[b]) for a, b in edges)
 
-    def dots(places: FloatArray) -> str:
-        x, y = at(places)
-        return "".join(f"M{a:.0f} {b:.0f}h0" for a, b in zip(x, y, strict=True))
+    def faces(pixels: Pixels) -> str:
+        around = (" ".join("{} {}".format(*pixels[i]) for i in one) for one in upright)
+        return "".join(f"M{one}Z" for one in around)
 
-    frames = [geometry.moved(shape, 2.0 * np.pi * i / FRAMES) for i in range(FRAMES + 1)]
+    def dots(pixels: Pixels) -> str:
+        return "".join("M{} {}h0".format(*pixels[i]) for i in geometry.measured)
+
+    rest, labels = at(geometry.rest), geometry.labels(names)
+    letter = (_LETTER / (scale * UNIT), _LINE / (scale * UNIT))
+    upright = geometry.upright_faces
+    swinging = swings(geometry)
+    count = FRAMES if swinging else 1
+    frames = [at(geometry.moved(shape, 2.0 * np.pi * i / count)) for i in range(count + 1)]
+    kinds = [("face", faces)] * bool(upright)
+    kinds += [("c0", lambda pixels: lines(pixels, geometry.edges)), ("d0", dots)]
+    moved = [(css, [draw(frame) for frame in frames]) for css, draw in kinds]
+    still = Markup("").join(
+        Markup('<path class="{}" d="{}"/>').format(css, paths[0]) for css, paths in moved
+    )
     parts = [
-        Markup('<path class="c7 thin" d="{}"/>').format(path(geometry.rest)),
-        Markup('<g class="moving">'),
-        _moving("c0", [path(frame) for frame in frames]),
-        _moving("d0", [dots(frame) for frame in frames]),
-        Markup(
-            '</g><g class="still"><path class="c0" d="{}"/><path class="d0" d="{}"/></g>'
-        ).format(path(frames[0]), dots(frames[0])),
-        *(
-            Markup('<text x="{:.0f}" y="{:.0f}">{}</text>').format(x, y + 64, ", ".join(here))
-            for (x, y), here in _named(geometry.rest, names, at).items()
+        Markup('<path class="rest" d="{}"/>').format(
+            lines(rest, [*geometry.still, *geometry.edges])
         ),
+        *(
+            [
+                Markup('<g class="moving">'),
+                *(_moving(css, paths) for css, paths in moved),
+                Markup('</g><g class="still">{}</g>').format(still),
+            ]
+            if swinging
+            else [still]
+        ),
+        *_texts(rest, labels, geometry.fitting(labels, letter)),
     ]
     return Markup(
         '<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>{}</svg>'
     ).format(_WIDTH * UNIT, _HEIGHT * UNIT, title, Markup("").join(parts))
 
 
-def _named(
-    rest: FloatArray,
-    names: Sequence[str],
-    at: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
-) -> dict[tuple[float, float], list[str]]:
-    """Return the names of the sensors by their place in the drawing."""
-    found: dict[tuple[float, float], list[str]] = {}
-    for x, y, name in zip(*at(rest), names, strict=True):
-        found.setdefault((float(np.rint(x)), float(np.rint(y))), []).append(name)
-    return found
+def _texts(
+    rest: Pixels, labels: Mapping[int, str], fitting: Mapping[int, str]
+) -> Iterator[Markup]:
+    """Yield the names of the sensors that find room, and those of all where one points at."""
+    for place, text in labels.items():
+        x, y = rest[place]
+        yield Markup(
+            '<circle class="hit" cx="{}" cy="{}" r="60"><title>{}</title></circle>'
+        ).format(x, y, text)
+        if place in fitting:
+            yield Markup('<text x="{}" y="{}">{}</text>').format(x, y + 64, text)
 
 
 def _moving(css: str, paths: Sequence[str]) -> Markup:

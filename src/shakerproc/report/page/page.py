@@ -160,14 +160,7 @@ def html(report: Report) -> str:
     """Return a report as one HTML document that needs no other file and no network."""
     own = None if report.header is None else report.header.template
     environment = templating.environment(own)
-    css = Markup(  # noqa: S704 - ours
-        environment.get_template("page.css").render(
-            uplot=_ours(environment, "vendor/uplot/uPlot.min.css"),
-            colours=style.COLOURS,
-            dashes=_dashes(),
-            shades=style.SHADES,
-        )
-    )
+    css = _style(environment, _ours(environment, "vendor/uplot/uPlot.min.css"))
     script = _script(environment)
     content = {
         "page": _page(report),
@@ -178,6 +171,23 @@ def html(report: Report) -> str:
         "script_hash": _source_hash(script),
     }
     return axes.shared(templating.rendered(environment, own, content))
+
+
+def _style(environment: Environment, uplot: str = "") -> Markup:
+    """Return the style of the page, that of the drawings included."""
+    return Markup(  # noqa: S704 - ours
+        environment.get_template("page.css").render(
+            uplot=uplot, colours=style.COLOURS, dashes=_dashes(), shades=style.SHADES
+        )
+    )
+
+
+def svg_file(drawing: Markup) -> str:
+    """Return a drawing of the page as an SVG file that needs no page."""
+    css = _style(templating.environment(None))
+    first = '<svg xmlns="http://www.w3.org/2000/svg" '
+    head, body = drawing.removeprefix("<svg ").split(">", 1)
+    return f"{first}{head}><style>{css}</style>{body}"
 
 
 def _ours(environment: Environment, name: str) -> Markup:
