@@ -5,12 +5,14 @@ import re
 import resource
 import tempfile
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 from tests.fuzz.judge import GOOD, OUTCOMES, Judge
 from tests.fuzz.mutants import mutants
 from tests.fuzz.recorder_seeds import mts
-from tests.fuzz.seeds import make_seeds
+from tests.fuzz.seeds import Seed, make_seeds
 from tests.fuzz.time_seeds import make_time_seeds
 
 
@@ -36,6 +38,21 @@ def share(number: int, count: int) -> tuple[Counter, list[str], float]:
                     f"{mutant.seed.name}: {mutant.kind}: number {i}: {outcome}: {message}"
                 )
     return counts, bad, peak_memory()
+
+
+def drawn(
+    write: Callable[[Path], Seed], count: int, seed: int = 44
+) -> Iterator[tuple[str, str, str]]:
+    """Yield damage, outcome and what is bad of mutants of one format, drawn by chance."""
+    with tempfile.TemporaryDirectory() as name:
+        good = write(Path(name))
+        judge = Judge(Path(name), [good])
+        every = list(mutants(good))
+        for at in np.random.default_rng(seed).choice(len(every), count, replace=False):
+            kind = every[at].kind
+            outcome, message = judge.outcome(every[at])
+            bad = "" if outcome in GOOD else f"{kind}: number {at}: {outcome}: {message}"
+            yield kind, outcome, bad
 
 
 def peak_memory() -> float:

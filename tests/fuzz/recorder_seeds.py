@@ -38,7 +38,12 @@ def ide(folder: Path) -> Seed:
     content = taken(path)
     scale = re.search(rb"1/1000000000", content)
     stated = (range(scale.start() - 3, scale.end()),)  # with its element
-    return Seed(path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated)
+    blocks = tuple(found.start() for found in re.finditer(rb"\xa1@.\xb0\x81\x08", content))
+    assert len(blocks) == N_ROWS // 20
+    return Seed(
+        path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated,
+        complete=blocks[1:],
+    )  # fmt: skip
 
 
 def famos(folder: Path) -> Seed:

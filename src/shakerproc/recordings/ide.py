@@ -110,14 +110,16 @@ class IdeSource(SampleSource):
 def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
     """Return how many samples of each sensor a file holds, and whether it is damaged.
 
-    It is where its elements end before it does, are of unknown or of two kinds, or hold samples
-    of no sensor: idelib leaves out without a word what it cannot place.
+    It is where its elements end before it does, stand where the format has no such element, or
+    hold samples of no sensor: idelib leaves out without a word what it cannot place.
     """
     found: dict[Any, int] = dict.fromkeys(dataset.channels, 0)
+    allowed = dataset.ebmldoc.schema.document.children
     end, kinds, stray = 0, set(), False
     for element in dataset.ebmldoc:
         end = element.payloadOffset + element.size
-        if element.name in {*_BLOCKS, "UnknownElement"}:
+        stray = stray or element.id not in allowed
+        if element.name in _BLOCKS:
             kinds.add(element.name)
         if element.name == "ChannelDataBlock":
             parts = {part.name: part for part in element}
