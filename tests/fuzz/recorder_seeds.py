@@ -37,9 +37,15 @@ def ide(folder: Path) -> Seed:
     write_ide(path, [(8, "A", "g", CHANNELS, RATE, values)], 1714979289, block=20)
     content = taken(path)
     scale = re.search(rb"1/1000000000", content)
-    stated = (range(scale.start() - 3, scale.end()),)  # with its element
     blocks = tuple(found.start() for found in re.finditer(rb"\xa1@.\xb0\x81\x08", content))
     assert len(blocks) == N_ROWS // 20
+    first = content.index(b"\xb8", blocks[0])  # no other block repeats these two times
+    last = content.index(b"\xb9", blocks[-1])
+    stated = (
+        range(scale.start() - 3, scale.end()),  # with its element
+        range(first, content.index(b"\xb9", first)),
+        range(last, content.index(b"\xb2", last)),
+    )
     return Seed(
         path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated,
         complete=blocks[1:],

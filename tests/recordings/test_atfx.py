@@ -143,7 +143,8 @@ def test_columns_that_are_no_measured_numbers_are_named(path):
     invalid = atfx_explicit(VALUES[0]).replace("<Marke>15", "<Marke>0")
     odd = {
         "text": text, "constant": "<Art>implicit_constant</Art>",
-        "empty": "<Art>explicit</Art>", "bits": stored(0, 2, 0, "dt_bit_int"), "gone": stored(0, 8, 0).replace(">B<", ">C<"),
+        "empty": "<Art>explicit</Art>", "bits": stored(0, 2, 0, "dt_bit_int"),
+        "gone": stored(0, 8, 0).replace(">B<", ">C<"),
         "invalid": invalid, "word": atfx_explicit(VALUES[0]).replace(" ", " x ", 1),
     }  # fmt: skip
     (path.parent / "b").write_bytes(bytes(400))
