@@ -14,7 +14,7 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 
 from tests.fuzz.campaign import drawn, share, table
-from tests.fuzz.recorder_seeds import EXTRAS, mts
+from tests.fuzz.recorder_seeds import CORE, EXTRAS
 
 PARTS = 10
 
@@ -41,7 +41,7 @@ def one_of(text: str) -> tuple[int, int]:
 def recorders(count: int, only: list[str]) -> int:
     """Print what became of so many damaged files of each recorder; return how many are bad."""
     found = 0
-    for write in (mts, *EXTRAS.values()):
+    for write in (*CORE, *EXTRAS.values()):
         if only and write.__name__ not in only:
             continue
         start = time.perf_counter()
@@ -64,7 +64,7 @@ def main() -> int:
     parser.add_argument("--share", type=one_of, default=(1, 1), help="which of how many: 2/7")
     parser.add_argument("--recorders", type=int, default=0, help="mutants of each recorder")
     parser.add_argument(
-        "--only", nargs="*", default=[], help="which of these: mts mdf ide famos"
+        "--only", nargs="*", default=[], help="which of these: mts ods mdf ide famos"
     )
     options = parser.parse_args()
     if options.recorders:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from tests.fuzz.judge import GOOD, OUTCOMES, Judge
 from tests.fuzz.mutants import mutants
-from tests.fuzz.recorder_seeds import mts
+from tests.fuzz.recorder_seeds import CORE
 from tests.fuzz.seeds import Seed, make_seeds
 from tests.fuzz.time_seeds import make_time_seeds
 
@@ -25,7 +25,7 @@ def share(number: int, count: int) -> tuple[Counter, list[str], float]:
         folder = Path(name)
         with tempfile.TemporaryDirectory() as elsewhere:
             seeds = [*make_seeds(Path(elsewhere)), *make_time_seeds(Path(elsewhere))]
-            seeds.append(mts(Path(elsewhere)))
+            seeds += [write(Path(elsewhere)) for write in CORE]
         judge = Judge(folder, seeds)
         every_mutant = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
         for i, mutant in enumerate(every_mutant):
