@@ -39,11 +39,11 @@ def ods(_: Path) -> Seed:
     ]
     axis = ("time", "s", "Time", (0.0, 1.0 / RATE))
     content = atfx([("part", N_ROWS, [axis, *columns])], begin="20240506070809").encode()
-    step = content.index(b"0.0 0.001")
+    once = re.finditer(rb"0\.0 0\.001|<Beginn>\d+</Beginn>|Beginn</name>.{,40}_begin", content)
     start = datetime(2024, 5, 6, 7, 8, 9, tzinfo=UTC)
     return Seed(
         "whole.atfx", content, CHANNELS, values * STANDARD_GRAVITY, (), start=start,
-        stated=(range(step, step + 9),),
+        stated=tuple(range(*found.span()) for found in once),
     )  # fmt: skip
 
 

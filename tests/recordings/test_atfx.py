@@ -181,6 +181,23 @@ def test_without_an_axis_the_log_says_the_rate(path):
         assert found.sample_rate == 2000.0
 
 
+@pytest.mark.parametrize(
+    ("text", "other", "told"),
+    [
+        ("<Beginn>2024", "<Beginn>on 2024", "no date"),
+        ("<Messung>1</Messung><Spalten>", "<Messung>7</Messung><Spalten>", "'7', which is not"),
+        ("<Messung>1</Messung><Spalten>", "<Spalten>", "belongs to no measurement"),
+        ("<Einheit><Id>9<", "<Einheit><Id>99<", "aounit '9', which is not in it"),
+    ],
+)
+def test_what_a_file_refers_to_in_vain_is_told(path, text, other, told):
+    one(path, column(atfx_explicit(VALUES[0])))
+    assert text in path.read_text()
+    path.write_text(path.read_text().replace(text, other))
+    with open_recording(path) as found:
+        assert any(told in note for note in found.notes)
+
+
 @pytest.mark.parametrize("part", [0.0, 0.01, 0.5, 0.99])
 def test_a_cut_file_is_one_line(path, part):
     one(path, column(atfx_explicit(VALUES[0])))

@@ -77,7 +77,7 @@ def read_atfx(path: Path, run: str) -> RawFile:
         )
     try:
         root = ElementTree.parse(path).getroot()  # noqa: S314 - expat bounds entities
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
         raise RecordingError(f"{run}: is no whole XML: {shown(error)}. {AGAIN}") from error
     if _plain(root.tag) != "atfx_file":
         raise RecordingError(f"{run}: is XML, but no ATFX: it begins with {shown(root.tag)}.")
@@ -168,6 +168,7 @@ class _File:
         }
         self.lines: list[Row] = []
         self.used: set[str] = set()
+        self.notes: list[str] = []
         self.instances: dict[str, dict[str, _Instance]] = {}
         bases, names = _model(root)
         for item in (one for part in _children(root, "instance_data") for one in part):
@@ -192,7 +193,7 @@ class _File:
         if not self.lines:
             why = f": {channels[0].problem}" if channels else ""
             raise RecordingError(f"{self.run}: no measured channel in it{why}. {AGAIN}")
-        notes = [
+        self.notes += [
             f"Samples stand in {shown(name)} beside it, which the SHA-256 of the recording "
             "does not cover."
             for name in sorted(self.used)
@@ -201,13 +202,19 @@ class _File:
             RawGroup(group.name if len(groups) > 1 else "", tuple(group.channels))
             for group in groups
         ]
-        return RawFile(tuple(made), LinesSource(self.run, tuple(self.lines)), tuple(notes))
+        return RawFile(tuple(made), LinesSource(self.run, tuple(self.lines)), tuple(self.notes))
 
     def _group(self, about: _Instance) -> _Group:
         """Return the columns of a submatrix, with the one that all others depend on as axis."""
         rows = int(_text(about.get("number_of_rows")) or -1)
+        name = shown(_text(about.get("name")), 40)
         measurement = self._one("aomeasurement", about, "measurement", "submatrices")
-        start = _date(_text(measurement.get("measurement_begin")))
+        begin = _text(measurement.get("measurement_begin"))
+        start = _date(begin)
+        if not measurement:
+            self._note(f"Submatrix {name} belongs to no measurement: its start is unknown.")
+        if begin and start is None:
+            self._note(f"Its start is {shown(begin, 40)}, no date: it is not used.")
         columns = list(self._columns(about))
         free = [one for one in columns if _text(one.get("independent")) in {"1", "true"}]
         axes: tuple[TimeAxis, ...] = ()
@@ -241,7 +248,13 @@ class _File:
         if not wanted:
             found = every.items()
             wanted = [at for at, one in found if name in _text(one.get(inverse)).split()]
+        if wanted and wanted[0] not in every:
+            self._note(f"It refers to {base} {shown(wanted[0], 20)}, which is not in it.")
         return every.get(wanted[0], {}) if wanted else {}
+
+    def _note(self, text: str) -> None:
+        if text not in self.notes:
+            self.notes.append(text)
 
     def _called(self, column: _Instance) -> tuple[str, str, str]:
         """Return name, unit and quantity of a column."""
