@@ -1,5 +1,6 @@
 """Work through a share of the mutants, and make a table of what became of them."""
 
+import gc
 import itertools
 import re
 import resource
@@ -48,6 +49,7 @@ def drawn(
         good = write(Path(name))
         judge = Judge(Path(name), [good])
         every = list(mutants(good))
+        gc.freeze()  # readers of damaged files collect what they have made: nothing else
         for at in np.random.default_rng(seed).choice(len(every), count, replace=False):
             kind = every[at].kind
             outcome, message = judge.outcome(every[at])
