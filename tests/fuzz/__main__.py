@@ -52,6 +52,8 @@ def recorders(count: int, only: list[str]) -> int:
             if bad:
                 found += 1
                 say(f"  {bad}")
+            if counts.total() % 500 == 0:
+                say(f"  {counts.total()} so far")
         spent = time.perf_counter() - start
         say(f"{write.__name__}: {count} mutants, {found - before} bad, {spent:.0f} s")
         say(table(counts))
