@@ -444,6 +444,11 @@ def test_a_pickle_in_a_numpy_archive_is_never_loaded_but_named(tmp_path):
         assert "'trap'" in recording.notes[0]
 
 
+def test_a_pickle_of_numpy_is_named_as_one(tmp_path):
+    np.save(tmp_path / "run.npy", np.array([Trap()], dtype=object))
+    refused(tmp_path / "run.npy", r"run.npy: holds Python objects \(a pickle\)")
+
+
 class Trap:
     """What must not be made again from its pickle."""
 
