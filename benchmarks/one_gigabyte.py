@@ -45,11 +45,11 @@ print(json.dumps([rows, own, time.perf_counter() - start[1], peak]))
 
 
 def _pieces(n: int, dtype: str) -> Iterator[np.ndarray]:
-    """Yield noise of all channels, a piece at a time."""
-    rng = np.random.default_rng(1)
+    """Yield samples of all channels, a piece at a time: one piece of noise again and again."""
+    noise = np.random.default_rng(1).standard_normal((PIECE, CHANNELS), dtype=np.float32)
+    piece = (noise * 1000.0).astype(dtype)
     for first in range(0, n, PIECE):
-        shape = (min(PIECE, n - first), CHANNELS)
-        yield (rng.standard_normal(shape, dtype=np.float32) * 1000.0).astype(dtype)
+        yield piece[: n - first]
 
 
 def _whole(n: int) -> np.ndarray:

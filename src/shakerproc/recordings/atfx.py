@@ -10,7 +10,7 @@ References
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -33,12 +33,15 @@ from shakerproc.recordings.time_base import CLOCKS
 LARGEST: Final = 1 << 28
 """Bytes of XML that are taken apart in memory; a number of 8 bytes is some 20 letters of it."""
 
-_STORED: Final = {
-    "dt_byte": "u1", "dt_sbyte": "i1", "dt_short": "<i2", "dt_ushort": "<u2", "dt_long": "<i4",
-    "dt_ulong": "<u4", "dt_longlong": "<i8", "ieeefloat4": "<f4", "ieeefloat8": "<f8",
-    "dt_short_beo": ">i2", "dt_ushort_beo": ">u2", "dt_long_beo": ">i4", "dt_ulong_beo": ">u4",
-    "dt_longlong_beo": ">i8", "ieeefloat4_beo": ">f4", "ieeefloat8_beo": ">f8",
+_WIDE: Final = {
+    "dt_short": "i2", "dt_ushort": "u2", "dt_long": "i4", "dt_ulong": "u4", "dt_longlong": "i8",
+    "ieeefloat4": "f4", "ieeefloat8": "f8",
 }  # fmt: skip
+_STORED: Final = (
+    {"dt_byte": "u1", "dt_sbyte": "i1"}
+    | {name: f"<{kind}" for name, kind in _WIDE.items()}
+    | {f"{name}_beo": f">{kind}" for name, kind in _WIDE.items()}
+)
 """Numbers of binary files by their name in the standard (typespec_enum)."""
 
 _WRITTEN: Final = {f"A_{sign}INT{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
@@ -57,6 +60,12 @@ _VALID: Final = 0b1001
 """Flags of a sample that is valid and defined."""
 
 _DATE: Final = re.compile(r"(\d{4})(\d\d)(\d\d)(\d\d)?(\d\d)?(\d\d)?(\d{1,9})?")
+
+_ALIKE: Final = {
+    "value_type": "datatype", "component_length": "length", "start_offset": "inioffset",
+    "block_size": "blocksize", "valuesperblock": "valperblock", "value_offset": "valoffsets",
+}  # fmt: skip
+"""What an instance of AoExternalComponent calls what the XML of values calls otherwise."""
 
 _Instance: TypeAlias = Mapping[str, ElementTree.Element]
 """Attributes and relations of an instance, by their name in the base model."""
@@ -79,29 +88,19 @@ def read_atfx(path: Path, run: str) -> RawFile:
         root = ElementTree.parse(path).getroot()  # noqa: S314 - expat bounds entities
     except (ElementTree.ParseError, LookupError, ValueError) as error:
         raise RecordingError(f"{run}: is no whole XML: {shown(error)}. {AGAIN}") from error
-    if _plain(root.tag) != "atfx_file":
+    for item in root.iter():
+        item.tag = str(item.tag).rpartition("}")[2]  # without its name space
+    if root.tag != "atfx_file":
         raise RecordingError(f"{run}: is XML, but no ATFX: it begins with {shown(root.tag)}.")
     with ExitStack() as opened, foreign(run, "reading the channels"):
         raw = _File(path, run, root, opened).described()
-        return replace(raw, source=replace(raw.source, handle=opened.pop_all()))
+        return replace(raw, source=LinesSource(run, raw.source.lines, opened.pop_all()))
 
 
-def _plain(tag: str) -> str:
-    """Return the name of an element without its name space."""
-    return tag.rpartition("}")[2]
-
-
-def _text(item: ElementTree.Element | None) -> str:
-    return "" if item is None or item.text is None else item.text.strip()
-
-
-def _children(item: ElementTree.Element, name: str) -> list[ElementTree.Element]:
-    return [one for one in item if _plain(one.tag) == name]
-
-
-def _said(item: ElementTree.Element, name: str) -> str:
-    """Return the text of the first child of a name; empty where there is none."""
-    return next((_text(one) for one in _children(item, name)), "")
+def _text(found: _Instance, name: str) -> str:
+    """Return the text of an attribute; empty where an instance has none."""
+    item = found.get(name)
+    return "" if item is None else (item.text or "").strip()
 
 
 @final
@@ -115,7 +114,12 @@ class Flagged:
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of samples."""
-        return (min(self.values.shape[0], self.flags.shape[0]),)
+        return (self.size,)
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return min(self.values.shape[0], self.flags.shape[0])
 
     @property
     def dtype(self) -> "np.dtype[Any]":
@@ -126,20 +130,7 @@ class Flagged:
         return np.where(self.flags[key] & _VALID == _VALID, self.values[key], np.nan)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class ColumnTimes:
-    """Times that stand in a column, read a piece at a time."""
-
-    values: ArrayLike
-
-    @property
-    def size(self) -> int:
-        """How many there are."""
-        return self.values.shape[0]
-
-    def __getitem__(self, key: slice, /) -> Any:
-        return np.asarray(self.values[key], dtype=np.float64)
+_Column: TypeAlias = Flagged | Frames | NDArray[Any]
 
 
 @final
@@ -161,22 +152,20 @@ class _File:
         self, path: Path, run: str, root: ElementTree.Element, opened: ExitStack
     ) -> None:
         self.path, self.run, self.opened = path, run, opened
+        listed = root.findall("files/component")
         self.files = {
-            _said(one, "identifier"): _said(one, "filename")
-            for part in _children(root, "files")
-            for one in _children(part, "component")
+            one.findtext("identifier", "").strip(): one.findtext("filename", "").strip()
+            for one in listed
         }
         self.lines: list[Row] = []
         self.used: set[str] = set()
-        self.notes: list[str] = []
+        self.notes: dict[str, None] = {}
         self.instances: dict[str, dict[str, _Instance]] = {}
-        bases, names = _model(root)
-        for item in (one for part in _children(root, "instance_data") for one in part):
-            kind = _plain(item.tag)
-            if kind in bases:
-                found = {names[kind].get(_plain(one.tag), ""): one for one in item}
-                at = self.instances.setdefault(bases[kind], {})
-                at[_text(found.get("id"))] = found
+        model = _model(root)
+        for item in root.iterfind("instance_data/*"):
+            base, names = model.get(item.tag, ("", {}))
+            found = {names.get(one.tag, ""): one for one in item}
+            self.instances.setdefault(base, {})[_text(found, "id")] = found
 
     def described(self) -> RawFile:
         """Return the channels and times of the file.
@@ -189,15 +178,14 @@ class _File:
         groups: list[_Group] = []
         for about in self.instances.get("aosubmatrix", {}).values():
             _join(groups, self._group(about))
-        channels = [channel for group in groups for channel in group.channels]
         if not self.lines:
-            why = f": {channels[0].problem}" if channels else ""
+            why = "".join(f": {c.problem}" for group in groups for c in group.channels[:1])
             raise RecordingError(f"{self.run}: no measured channel in it{why}. {AGAIN}")
-        self.notes += [
-            f"Samples stand in {shown(name)} beside it, which the SHA-256 of the recording "
-            "does not cover."
-            for name in sorted(self.used)
-        ]
+        for name in sorted(self.used):
+            self.notes[
+                f"Samples stand in {shown(name)} beside it, which the SHA-256 of the recording "
+                "does not cover."
+            ] = None
         made = [
             RawGroup(group.name if len(groups) > 1 else "", tuple(group.channels))
             for group in groups
@@ -206,81 +194,65 @@ class _File:
 
     def _group(self, about: _Instance) -> _Group:
         """Return the columns of a submatrix, with the one that all others depend on as axis."""
-        rows = int(_text(about.get("number_of_rows")) or -1)
-        name = shown(_text(about.get("name")), 40)
-        measurement = self._one("aomeasurement", about, "measurement", "submatrices")
-        begin = _text(measurement.get("measurement_begin"))
+        name, measurement = _text(about, "name"), self._one(about, *_MEASUREMENT)
+        begin = _text(measurement, "measurement_begin")
         start = _date(begin)
         if not measurement:
-            self._note(f"Submatrix {name} belongs to no measurement: its start is unknown.")
+            told = (
+                f"Submatrix {shown(name, 40)} belongs to no measurement: its start is unknown."
+            )
+            self.notes[told] = None
         if begin and start is None:
-            self._note(f"Its start is {shown(begin, 40)}, no date: it is not used.")
-        columns = list(self._columns(about))
-        free = [one for one in columns if _text(one.get("independent")) in {"1", "true"}]
-        axes: tuple[TimeAxis, ...] = ()
-        step = 0.0
-        if len(free) == 1:
-            axis, step = self._axis(free[0])
-            axes = (axis,)
-        group = _Group(id(measurement), step, _text(about.get("name")))
-        for column in columns:
-            if any(column is one for one in free):
-                continue
-            made = self._channel(column, rows)
-            many = "it depends on several axes, not on time alone" if len(free) > 1 else ""
-            made = replace(made, axes=axes, start_time=start, problem=many or made.problem)
-            group.channels.append(replace(made, row=-1) if made.problem else made)
+            self.notes[f"Its start is {shown(begin, 40)}, no date: it is not used."] = None
+        named = _text(about, "local_columns").split()
+        columns = [
+            column
+            for number, column in self.instances.get("aolocalcolumn", {}).items()
+            if number in named or _text(about, "id") in _text(column, "submatrix").split()
+        ]
+        free = [one for one in columns if _text(one, "independent") in {"1", "true"}]
+        axes, step = self._axis(free[0]) if len(free) == 1 else ((), 0.0)
+        group = _Group(id(measurement), step, name)
+        for column in (one for one in columns if not any(one is other for other in free)):
+            made = self._channel(column, int(_text(about, "number_of_rows") or -1))
+            if len(free) > 1:
+                made = replace(made, problem="it depends on several axes, not on time alone")
+            row = -1 if made.problem else made.row
+            group.channels.append(replace(made, row=row, axes=axes, start_time=start))
         return group
 
-    def _columns(self, about: _Instance) -> Iterator[_Instance]:
-        """Yield the columns of a submatrix: those that it names, or that name it."""
-        every = self.instances.get("aolocalcolumn", {})
-        named = _text(about.get("local_columns")).split()
-        name = _text(about.get("id"))
-        for number, column in every.items():
-            if number in named or name in _text(column.get("submatrix")).split():
-                yield column
-
-    def _one(self, base: str, of: _Instance, relation: str, inverse: str) -> _Instance:
+    def _one(self, of: _Instance, base: str, relation: str, inverse: str) -> _Instance:
         """Return the instance that another is related to; an empty one where there is none."""
-        every, name = self.instances.get(base, {}), _text(of.get("id"))
-        wanted = _text(of.get(relation)).split()
-        if not wanted:
-            found = every.items()
-            wanted = [at for at, one in found if name in _text(one.get(inverse)).split()]
+        every, name = self.instances.get(base, {}), _text(of, "id")
+        wanted = _text(of, relation).split() or [
+            at for at, one in every.items() if name in _text(one, inverse).split()
+        ]
         if wanted and wanted[0] not in every:
-            self._note(f"It refers to {base} {shown(wanted[0], 20)}, which is not in it.")
+            told = f"It refers to {base} {shown(wanted[0], 20)}, which is not in it."
+            self.notes[told] = None
         return every.get(wanted[0], {}) if wanted else {}
-
-    def _note(self, text: str) -> None:
-        if text not in self.notes:
-            self.notes.append(text)
 
     def _called(self, column: _Instance) -> tuple[str, str, str]:
         """Return name, unit and quantity of a column."""
-        about = self._one(
-            "aomeasurementquantity", column, "measurement_quantity", "local_columns"
-        )
-        unit = self._one("aounit", about, "unit", "measurement_quantities")
-        quantity = self._one("aoquantity", about, "quantity", "measurement_quantities")
-        name = _text(about.get("name")) or _text(column.get("name"))
-        return name, _text(unit.get("name")), _text(quantity.get("name"))
+        about = self._one(column, *_QUANTITY)
+        unit, quantity = (self._one(about, *which) for which in (_UNIT, _DIMENSION))
+        name = _text(about, "name") or _text(column, "name")
+        return name, _text(unit, "name"), _text(quantity, "name")
 
-    def _axis(self, column: _Instance) -> tuple[TimeAxis, float]:
+    def _axis(self, column: _Instance) -> tuple[tuple[TimeAxis], float]:
         """Return the time axis of a submatrix as stated, and its mean step in its unit."""
         name, unit, quantity = self._called(column)
         axis = TimeAxis(f"column {shown(name, 40)}", unit=unit, quantity=quantity, name=name)
         try:
-            if _text(column.get("sequence_representation")) in _IMPLICIT:
+            if _text(column, "sequence_representation") in _IMPLICIT:
                 start, step = _parameters(column, 2)
-                return replace(axis, step=step, start=start), step
-            times = ColumnTimes(self._values(column))
+                return (replace(axis, step=step, start=start),), step
+            times = self._values(column)
         except ValueError as error:
-            return replace(axis, problem=f"{axis.where} cannot be read: {error}"), 0.0
-        if times.size < 2:
-            return replace(axis, times=times), 0.0
-        mean = float(times[times.size - 1 :][0] - times[:1][0]) / (times.size - 1)
-        return replace(axis, times=times), mean
+            return (replace(axis, problem=f"{axis.where} cannot be read: {error}"),), 0.0
+        ends = [float(times[at : at + 1][0]) for at in (0, times.size - 1) if times.size > 1]
+        step = (ends[1] - ends[0]) / (times.size - 1) if ends else 0.0
+        return (replace(axis, times=times),), step
 
     def _channel(self, column: _Instance, rows: int) -> RawChannel:
         """Return a column of so many rows, without its times."""
@@ -290,11 +262,10 @@ class _File:
         except ValueError as error:
             return RawChannel(name, -1, 0, max(rows, 1), unit, problem=str(error))
         self.lines.append(Row(values, None, upright=True))
-        there = values.shape[0]
-        n_samples = there if rows < 0 else min(there, rows)
-        return RawChannel(name, len(self.lines) - 1, n_samples, max(rows, there), unit)
+        there = values.size if rows < 0 else min(values.size, rows)
+        return RawChannel(name, len(self.lines) - 1, there, max(rows, values.size), unit)
 
-    def _values(self, column: _Instance) -> ArrayLike:
+    def _values(self, column: _Instance) -> _Column:
         """Return the values of a column.
 
         Raises
@@ -302,22 +273,24 @@ class _File:
         ValueError
             If they cannot be read, with the reason.
         """
-        kind = _text(column.get("sequence_representation"))
+        kind = _text(column, "sequence_representation")
         if kind not in _EXPLICIT and kind not in _LINEAR:
             raise ValueError(f"its values are of the kind {shown(kind, 40)}, which is not read")
         decoded = _scaling(column, _LINEAR[kind]) if kind in _LINEAR else None
-        values, flags = self._numbers(column, "values", decoded), None
+        values = self._numbers(column, "values", decoded)
         if values is None:
-            values, flags = self._of_component(column, decoded)
-        flags = flags or self._numbers(column, "flags", None)
+            values = self._of_component(column, decoded)
+        flags = self._numbers(column, "flags", None)
         if flags is not None:
             return Flagged(values, flags)
-        known = _text(column.get("global_flag"))
+        known = _text(column, "global_flag")
         if known and int(known) & _VALID != _VALID:
             raise ValueError("the file says that its values are not valid")
         return values
 
-    def _numbers(self, column: _Instance, which: str, decoded: Any) -> ArrayLike | None:
+    def _numbers(
+        self, column: _Instance, which: str, decoded: Any
+    ) -> Frames | NDArray[Any] | None:
         """Return the values or the flags that a column itself has; None where it has none.
 
         Raises
@@ -325,40 +298,33 @@ class _File:
         ValueError
             If they cannot be read.
         """
-        item = column.get(which)
-        for one in () if item is None else item:
-            if _plain(one.tag) == "component":
-                about = {_plain(part.tag): _text(part) for part in one}
+        for one in column.get(which, ()):
+            if one.tag == "component":
+                about = {part.tag: (part.text or "").strip() for part in one}
                 name = self.files.get(about.get("identifier", ""), "")
                 return self._stored(name, about, decoded)
-            if _plain(one.tag) not in _NUMBERS:
+            if one.tag not in _NUMBERS:
                 raise ValueError("it holds text, not numbers")
-            return _written(_text(one), _NUMBERS[_plain(one.tag)], decoded)
-        return _written(_text(item), "i8", None) if _text(item) else None
+            return _written(one.text or "", _NUMBERS[one.tag], decoded)
+        plain = _text(column, which)
+        return _written(plain, "i8", None) if plain else None
 
-    def _of_component(
-        self, column: _Instance, decoded: Any
-    ) -> tuple[ArrayLike, ArrayLike | None]:
-        """Return values and flags of a column that the component of another instance holds.
+    def _of_component(self, column: _Instance, decoded: Any) -> Frames:
+        """Return the values of a column that the component of another instance holds.
 
         Raises
         ------
         ValueError
             If there is not one of it, or they cannot be read.
         """
-        names = _text(column.get("external_component")).split()
+        names = _text(column, "external_component").split()
         if len(names) != 1:
             raise ValueError(f"its values stand in {len(names)} places, not in one")
         found = self.instances.get("aoexternalcomponent", {}).get(names[0], {})
-        said = {_ALIKE.get(base, base): _text(part) for base, part in found.items()}
-        values = self._stored(said.get("filename_url", ""), said, decoded)
-        if not said.get("flags_filename_url"):
-            return values, None
-        flags = {
-            "datatype": "dt_short", "length": said.get("length", ""),
-            "inioffset": said.get("flags_start_offset", ""),
-        }  # fmt: skip
-        return values, self._stored(said["flags_filename_url"], flags, None)
+        if _text(found, "flags_filename_url"):
+            raise ValueError("its flags stand in a file of their own, which is not read")
+        about = {_ALIKE.get(base, base): _text(found, base) for base in found}
+        return self._stored(_text(found, "filename_url"), about, decoded)
 
     def _stored(self, name: str, about: Mapping[str, str], decoded: Any) -> Frames:
         """Return numbers of a binary file beside the XML.
@@ -408,30 +374,27 @@ class _File:
         )  # fmt: skip
 
 
-_ALIKE: Final = {
-    "value_type": "datatype", "component_length": "length", "start_offset": "inioffset",
-    "block_size": "blocksize", "valuesperblock": "valperblock", "value_offset": "valoffsets",
-}  # fmt: skip
-"""What an instance of AoExternalComponent calls what the XML of values calls otherwise."""
+_MEASUREMENT: Final = "aomeasurement", "measurement", "submatrices"
+_QUANTITY: Final = "aomeasurementquantity", "measurement_quantity", "local_columns"
+_UNIT: Final = "aounit", "unit", "measurement_quantities"
+_DIMENSION: Final = "aoquantity", "quantity", "measurement_quantities"
+"""Base element, relation to it, and the relation back from it."""
 
 
-def _model(
-    root: ElementTree.Element,
-) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
-    """Return which base element each element is, and which base attribute each of its own."""
-    bases: dict[str, str] = {}
-    names: dict[str, dict[str, str]] = {}
-    for part in _children(root, "application_model"):
-        for one in _children(part, "application_element"):
-            kind = _said(one, "name")
-            bases[kind] = _said(one, "basetype").casefold()
-            own = [*_children(one, "application_attribute"),
-                   *_children(one, "relation_attribute")]  # fmt: skip
-            names[kind] = {
-                _said(a, "name"): _said(a, "base_attribute") or _said(a, "base_relation")
-                for a in own
-            }
-    return bases, names
+def _model(root: ElementTree.Element) -> dict[str, tuple[str, dict[str, str]]]:
+    """Return the base element of each element, and the base attributes of its own by name."""
+    return {
+        one.findtext("name", ""): (
+            one.findtext("basetype", "").casefold(),
+            {
+                own.findtext("name", ""): own.findtext("base_attribute")
+                or own.findtext("base_relation", "")
+                for own in one
+                if own.tag in {"application_attribute", "relation_attribute"}
+            },
+        )
+        for one in root.iterfind("application_model/application_element")
+    }
 
 
 def _join(groups: list[_Group], made: _Group) -> None:
@@ -461,17 +424,14 @@ def _parameters(column: _Instance, count: int) -> list[float]:
         If there are others than so many.
     """
     item = column.get("generation_parameters")
-    inner = [] if item is None else [_text(one) for one in item]
-    found = [float(word) for word in " ".join([_text(item), *inner]).split()]
+    found = [float(word) for word in "".join(() if item is None else item.itertext()).split()]
     if len(found) != count:
         raise ValueError(f"{len(found)} generation parameters where {count} belong")
     return found
 
 
-def _scaling(column: _Instance, count: int | None) -> Any:
-    """Return the function from raw numbers to values; None where they are the values."""
-    if count is None:
-        return None
+def _scaling(column: _Instance, count: int) -> Any:
+    """Return the function from raw numbers to values."""
     offset, factor, *calibration = _parameters(column, count)
     (last,) = calibration or (1.0,)
     return lambda raw: (offset + factor * raw.astype(np.float64)) * last
