@@ -92,9 +92,13 @@ def read_atfx(path: Path, run: str) -> RawFile:
         item.tag = str(item.tag).rpartition("}")[2]  # without its name space
     if root.tag != "atfx_file":
         raise RecordingError(f"{run}: is XML, but no ATFX: it begins with {shown(root.tag)}.")
-    with ExitStack() as opened, foreign(run, "reading the channels"):
-        raw = _File(path, run, root, opened).described()
-        return replace(raw, source=LinesSource(run, raw.source.lines, opened.pop_all()))
+    opened = ExitStack()
+    try:
+        with foreign(run, "reading the channels"):
+            return _File(path, run, root, opened).described()
+    except BaseException:
+        opened.close()
+        raise
 
 
 def _text(found: _Instance, name: str) -> str:
@@ -190,7 +194,11 @@ class _File:
             RawGroup(group.name if len(groups) > 1 else "", tuple(group.channels))
             for group in groups
         ]
-        return RawFile(tuple(made), LinesSource(self.run, tuple(self.lines)), tuple(self.notes))
+        return RawFile(
+            tuple(made),
+            LinesSource(self.run, tuple(self.lines), self.opened),
+            tuple(self.notes),
+        )
 
     def _group(self, about: _Instance) -> _Group:
         """Return the columns of a submatrix, with the one that all others depend on as axis."""
@@ -387,7 +395,7 @@ def _model(root: ElementTree.Element) -> dict[str, tuple[str, dict[str, str]]]:
         one.findtext("name", ""): (
             one.findtext("basetype", "").casefold(),
             {
-                own.findtext("name", ""): own.findtext("base_attribute")
+                own.findtext("name", ""): own.findtext("base_attribute", "")
                 or own.findtext("base_relation", "")
                 for own in one
                 if own.tag in {"application_attribute", "relation_attribute"}
