@@ -56,8 +56,8 @@ def with_pairs_ahead(
     is_decay = campaign.data.model.excitation.role is None
     if not is_decay or found.rigid or not known or not _leaves_more(found):
         return found
-    form = _longest(found, campaign)
-    before = [carried(campaign.data, one.fit, [form]) for one in (found.linear, *found.effects)]
+    *_, form = forms = _predicted(found, campaign)
+    before = [carried(campaign.data, one.fit, forms) for one in (found.linear, *found.effects)]
     linear = before[0]
     if linear is None:
         return found
@@ -69,7 +69,8 @@ def with_pairs_ahead(
     pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)]
     pairs.sort(key=lambda pair: pair.level)
     pairs += [one for pair in pairs[:1] for one in _limits(campaign, pair, form, known)]
-    scores = best_of_each(scored_at(campaign, [*had, *singles, *pairs], form))
+    every = _lasting(campaign, [*had, *singles, *pairs], [found.form, *forms[:-1]])
+    scores = best_of_each(scored_at(campaign, every, form))
     bared = scored_at(campaign, [linear], form)
     if not scores or not bared or not _is_taken(found, form, [*bared, *scores]):
         return found
@@ -103,6 +104,29 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
 def _goes_on(on: Fit, x: FloatArray) -> bool:
     """Return whether a start has the numbers of the fit."""
     return np.array_equal(x[: on.x.size], on.x)
+
+
+def _lasting(campaign: Campaign, fits: Sequence[Fit], shorter: Sequence[Form]) -> list[Fit]:
+    """Return the fits that no law of as few numbers surely predicts better than less far ahead.
+
+    One long decay has many least values: a law that follows its phase by chance, as stiffness
+    that drifts does where the amplitude falls, fails in shorter parts.
+    """
+    left = list(fits)
+    for form in shorter:
+        there = [carried(campaign.data, one, [form]) for one in left]
+        scores = [scored_at(campaign, [one], form) if one else [] for one in there]
+        left = [
+            one
+            for one, own in zip(left, scores, strict=True)
+            if own and not any(_is_beaten(own[0], other[0]) for other in scores if other)
+        ]
+    return left
+
+
+def _is_beaten(score: Score, other: Score) -> bool:
+    few = other.fit.hypothesis.size <= score.fit.hypothesis.size
+    return few and is_better(other, score)
 
 
 def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
@@ -144,14 +168,15 @@ def _leaves_more(found: Found) -> bool:
     return numbers >= RICH or leaves_more(found, chosen) or falls_short(found, chosen)
 
 
-def _longest(found: Found, campaign: Campaign) -> Form:
-    """Return the longest form that noise lets predict."""
-    best = found.best.fit
-    for form in reversed(found.form.beyond):
-        there = carried(campaign.data, best, [form])
-        if there is not None and parted(campaign.data, there, form.held_out) <= PARTED:
-            return form.knowing(campaign.data, there)
-    return found.form
+def _predicted(found: Found, campaign: Campaign) -> list[Form]:
+    """Return the longer forms up to the last one that noise lets predict, else the form."""
+    here, forms = found.best.fit, list[Form]()
+    for form in found.form.beyond:
+        there = carried(campaign.data, here, [form])
+        if there is None or parted(campaign.data, there, form.held_out) > PARTED:
+            break
+        here, forms = there, [*forms, form.knowing(campaign.data, there)]
+    return forms or [found.form]
 
 
 def _unlike(fits: Sequence[Fit]) -> list[Fit]:

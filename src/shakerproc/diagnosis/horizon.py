@@ -17,6 +17,7 @@ from shakerproc.diagnosis.estimation.form import (
     forms_of,
 )
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.lengths import FEWEST_BLOCKS
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
@@ -33,9 +34,6 @@ from shakerproc.diagnosis.selection.errors import (
 from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, best_of, gain, scored
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
-
-FEWEST_BLOCKS: Final = 3
-"""Blocks at least in which hypotheses are scored: of fewer no spread is known [-]."""
 
 PREDICTED: Final = 24
 """Windows that tell how far a motion can be predicted: its mean square over them [-]."""
@@ -79,7 +77,7 @@ def _holds(windows: Windows) -> bool:
 
 def _blocks(data: DataSet, windows: Windows) -> int:
     """Return how many blocks windows are scored in."""
-    block = data.block_s * data.tests[0].sample_rate
+    block = data.lengths.block_s * data.tests[0].sample_rate
     return sum(max(1, round(float(size) / block)) for size in windows.table[:, 2])
 
 

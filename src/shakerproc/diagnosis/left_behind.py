@@ -1,6 +1,7 @@
 """Effects that others seemed to explain more than, fitted where nothing else can be named."""
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -12,9 +13,13 @@ from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.ladder import ladder_of
-from shakerproc.diagnosis.nudged.race import at_first, race
+from shakerproc.diagnosis.nudged.race import at_first, chosen, race
 from shakerproc.diagnosis.selection.choice import wants_more
 from shakerproc.diagnosis.selection.scores import Score, ranked
+
+MOST: Final = 8
+"""Effects left behind that are carried to the horizon at most, beside the best in every joint:
+what leaves more in short windows seldom leaves less in long ones [-]."""
 
 
 def with_all(
@@ -36,7 +41,7 @@ def with_all(
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
     scores = list(found.effects)
-    for one in [*rest, *_raced(campaign, known, say)]:
+    for one in [*chosen(rest, MOST), *chosen(_raced(campaign, known, say), MOST)]:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
     return found.with_effects(best_of_each(scores))

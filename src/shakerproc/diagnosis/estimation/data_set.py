@@ -13,6 +13,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of
 from shakerproc.diagnosis.data.motion import coordinate_motions, frequency_of, joint_motion
+from shakerproc.diagnosis.estimation.lengths import Lengths
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.estimation.uncertainty import uncertainty
@@ -20,25 +21,6 @@ from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
 from shakerproc.simulation import Input
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
-
-BLOCK_S: Final = 0.5
-"""Longest block in which the residual of a whole test has one scale [s]."""
-
-HORIZON: Final = 15.0
-"""Horizon that the tests have to hold, in periods of the joint's motion: the length of windows
-follows from it where that is slow [-]."""
-
-RUN_IN: Final = 2.0
-"""Periods that tell the start of a window (DESIGN.md) [-]."""
-
-LEAST_WINDOWS: Final = 12
-"""Windows of this horizon that the tests hold, of those fitted to and of those held out:
-enough of them for the scatter of a difference (see `compare.free_run_error.BLOCKS`) [-]."""
-
-BLOCK_PERIODS: Final = 30.0
-"""Length of the blocks in which the residual of a whole test has one scale, in periods of the
-joint's motion: what passes in a resonance of half a per cent of damping before the motion is
-another [-]."""
 
 
 @final
@@ -211,36 +193,14 @@ class DataSet:
         return max(frequency_of(self.across(joint)) for joint in joints_of(self.model))
 
     @cached_property
-    def unit_s(self) -> float:
-        """Unit of the lengths of windows [s].
-
-        A period of the joint's motion; but where that is so slow that the tests hold too few
-        windows to judge by, as of a drive that nothing pulls back, a part of the tests.
-        """
-        rooms = []
-        for held_out in (False, True):
-            lengths = [
-                (b - a - TAPS - 2) / test.sample_rate
-                for test, runs in zip(
-                    self.tests, self.stretches(held_out=held_out), strict=True
-                )
-                for a, b in runs
-            ]
-            rooms.append(min(max(lengths, default=0.0), sum(lengths) / LEAST_WINDOWS))
-        return min(1.0 / self.frequency, min(rooms) / (HORIZON + RUN_IN))
-
-    def run_in_s(self, length_s: float) -> float:
-        """Return how much of a window tells its start, half of it at most [s].
-
-        A motion that does not come back within a window tells its velocity the better the
-        longer it is looked at.
-        """
-        return min(RUN_IN / self.frequency, length_s / 2.0)
-
-    @property
-    def block_s(self) -> float:
-        """Length of the blocks in which the residual of a whole test has one scale [s]."""
-        return min(BLOCK_S, BLOCK_PERIODS / self.frequency)
+    def lengths(self) -> Lengths:
+        """How long windows and blocks are."""
+        rate = self.tests[0].sample_rate
+        fitted, held_out = (
+            tuple((b - a) / rate for runs in self.stretches(held_out=kept) for a, b in runs)
+            for kept in (False, True)
+        )
+        return Lengths(self.frequency, fitted, held_out, (TAPS + 2) / rate)
 
     def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
         """Return, for each test, the motion of the second place less that of the first."""
@@ -282,7 +242,7 @@ _WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces"})
 """What was computed of a data set and does not depend on noise that is drawn beside it."""
 
 _WHATEVER_COMPARED: Final = frozenset({
-    "inputs", "input_sizes", "kept", "motions", "motion_sizes", "frequency", "unit_s",
+    "inputs", "input_sizes", "kept", "motions", "motion_sizes", "frequency", "lengths",
     "_across", "noise", *_WHATEVER_DRAWN,
 })  # fmt: skip
 """What was computed of a data set and does not depend on how accelerations are compared."""

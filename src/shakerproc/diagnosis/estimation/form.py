@@ -7,8 +7,9 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.data_set import HORIZON, RUN_IN, DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, fit_plainly
+from shakerproc.diagnosis.estimation.lengths import HORIZON, RUN_IN
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
@@ -23,7 +24,7 @@ from shakerproc.diagnosis.estimation.windows import (
 from shakerproc.diagnosis.nudged.pieces import pieces
 
 HORIZONS: Final = (5.0, HORIZON, 50.0)
-"""Horizons in periods of the joint's motion (see `DataSet.unit_s`), beside the whole test."""
+"""Horizons in periods of the joint's motion (see `Lengths`), beside the whole test."""
 
 ROUNDS: Final = 10
 """Steps of the search at the horizon [-]."""
@@ -146,7 +147,7 @@ def forms_of(data: DataSet) -> list[Form]:
     rate = data.tests[0].sample_rate
     found = []
     for periods in HORIZONS:
-        length_s = (periods + RUN_IN) * data.unit_s
+        length_s = (periods + RUN_IN) * data.lengths.unit_s
         length, run_in = TAPS + int(length_s * rate), _run_in(data, length_s)
         fitted, scored, held_out = (
             windows_of(data, length, held_out=kept, most=most, run_in=own)
@@ -157,7 +158,7 @@ def forms_of(data: DataSet) -> list[Form]:
         whole = whole_tests(data, held_out=False)
         return [*found, Form(None, whole, whole, whole_tests(data, held_out=True))]
     for parts_of in (whole_stretches, whole_from_starts):
-        longest_s = found[-1].horizon or 0.0
+        longest_s = max((f.horizon or 0.0 for f in found if _judges(f)), default=0.0)
         run_in = _run_in(data, longest_s)
         fitted, scored, held_out = (
             parts_of(data, held_out=kept, run_in=own)
@@ -169,6 +170,11 @@ def forms_of(data: DataSet) -> list[Form]:
         if shortest_s > longest_s:
             found.append(Form(shortest_s, fitted, scored, held_out))
     return found
+
+
+def _judges(form: Form) -> bool:
+    """Return whether something is fitted and something held out."""
+    return min(len(form.fitted), len(form.held_out)) > 0
 
 
 def _of_structures(data: DataSet) -> Form:
@@ -186,4 +192,4 @@ def _of_structures(data: DataSet) -> Form:
 
 def _run_in(data: DataSet, length_s: float) -> int:
     """Return the samples of a window that tell its start."""
-    return TAPS + int(data.run_in_s(length_s) * data.tests[0].sample_rate)
+    return TAPS + int(data.lengths.run_in_s(length_s) * data.tests[0].sample_rate)

@@ -69,7 +69,7 @@ def stages_of(data: DataSet) -> Stages:
     return Stages(
         tuple(
             windows_of(
-                data, TAPS + max(int(n * rate * data.unit_s), math.ceil(least)),
+                data, TAPS + max(int(n * rate * data.lengths.unit_s), math.ceil(least)),
                 held_out=False, most=most,
             )
             for n, most in zip(LENGTHS, WINDOWS, strict=True)

@@ -127,7 +127,7 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     for i, outputs in enumerate(still.outputs):
         test = int(windows.table[i, 0])
         squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
-        length = max(1, round(data.block_s * data.tests[test].sample_rate))
+        length = max(1, round(data.lengths.block_s * data.tests[test].sample_rate))
         passed.append(_envelope(squares + bent[i] + folded[i], length))
     return replace(windows, passed=tuple(passed))
 

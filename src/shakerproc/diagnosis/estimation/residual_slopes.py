@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.columns import (
     flat,
     table,
 )
-from shakerproc.diagnosis.estimation.data_set import BLOCK_S, DataSet
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
 from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
@@ -95,8 +95,8 @@ class Linearisation:
         self.correlation = 1.0
         self._sizes: FloatArray | None = None
         rate = data.tests[0].sample_rate
-        self.cluster = BLOCK_S * rate * data.n_sensors
-        self.block = data.block_s * rate
+        self.cluster = data.lengths.cluster_s * rate * data.n_sensors
+        self.block = data.lengths.block_s * rate
         gains = data.gain_spreads[1].copy()
         if hypothesis.frees_masses:
             gains[0] = AS_IT_IS

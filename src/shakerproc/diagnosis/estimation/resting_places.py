@@ -78,7 +78,7 @@ def _shifting(data: DataSet, model: Model) -> list[Joint]:
 
 def _stretches(data: DataSet, joint: Joint, table: NDArray[np.int64]) -> FloatArray:
     """Return displacements of a joint around the beginning of each window, a row each [m]."""
-    half = PERIODS * data.unit_s * data.tests[0].sample_rate
+    half = PERIODS * data.lengths.unit_s * data.tests[0].sample_rate
     rows = np.empty((len(table), SAMPLES))
     for i, motion in enumerate(data.across(joint)):
         own, z = table[:, 0] == i, motion.displacement

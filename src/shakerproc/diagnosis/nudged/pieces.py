@@ -44,7 +44,7 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
     for i, (test, runs) in enumerate(
         zip(data.tests, data.stretches(held_out=held_out), strict=True)
     ):
-        length = max(lead, round(data.block_s * test.sample_rate))
+        length = max(lead, round(data.lengths.block_s * test.sample_rate))
         for first, last in _chosen(data, i, runs, length, share):
             begin = max(0, first - lead)
             if last - begin > lead + 2 * TAPS:

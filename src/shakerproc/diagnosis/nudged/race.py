@@ -114,7 +114,7 @@ def race(
     least = np.inf
     for rung in ladder:
         say(f"held at {numeral(rung.rate)} per s")
-        going = _chosen(_going_on(base, fits, known), most)
+        going = chosen(_going_on(base, fits, known), most)
         beside, there = _again(base, rung), [_again(one, rung) for one in going]
         now = [one for one in there if one is not None]
         if beside is None or _lost([base, *fits], [beside, *now]):
@@ -186,7 +186,7 @@ def _going_on(base: Fit, fits: Sequence[Fit], known: Known) -> list[Fit]:
     return worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
 
 
-def _chosen(fits: Sequence[Fit], most: int | None) -> list[Fit]:
+def chosen(fits: Sequence[Fit], most: int | None) -> list[Fit]:
     """Return the best fits, so many at most, and the best in every joint."""
     order = sorted(fits, key=lambda one: one.level)
     if most is None:

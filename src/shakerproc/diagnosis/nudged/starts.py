@@ -21,10 +21,15 @@ Tried: TypeAlias = tuple[Hypothesis, FloatArray]
 
 
 def own_starts(on: Fit, known: Known) -> dict[Group, list[Tried]]:
-    """Return where each effect, joint and variant begins on top of a fit, the simple first."""
+    """Return where each effect, joint and variant begins on top of a fit, the simple first.
+
+    But those that it has: the same law twice in a joint has the numbers of one.
+    """
     groups: dict[Group, list[Tried]] = {}
     for joint, laws in known.items():
         for kind, law in laws.items():
+            if (kind, joint) in on.hypothesis.names:
+                continue
             for values in law.starts:
                 one = addition(kind, joint, law, values)
                 groups.setdefault((kind, joint, _words(values)), []).extend([

@@ -169,7 +169,8 @@ class Regression:
         left = np.sum(self._power) - whole.lowered(amplitude, common)
         folds = [self._left_out(products, block, signs) for block in blocks]
         gained = np.stack([fold[0] for fold in folds])
-        scatter = gained.std(axis=0, ddof=1) * np.sqrt(len(blocks))
+        alone = len(blocks) < 2  # and no scatter is known
+        scatter = np.inf if alone else gained.std(axis=0, ddof=1) * np.sqrt(len(blocks))
         return Gains(
             amplitude=amplitude / size,
             common=common / self._size,

@@ -215,7 +215,8 @@ def _curve(found: Found) -> Outside | None:
 def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked, ...]:
     """Return the joints with a dry friction that never slipped.
 
-    A force that is above what the joint carries has no upper bound in the tests.
+    A force that is above what the joint carries has no upper bound in the tests; one below may
+    have none either, where they are short, but a joint slips at it.
     """
     model, tests = fit.hypothesis.model, found.data.tests
     unit = model.unit_of("N")
@@ -223,10 +224,12 @@ def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked,
     _own, *parts = fit.hypothesis.parts(fit.x)
     for one, part, effect in zip(fit.hypothesis.added, parts, effects, strict=True):
         numbers = effect.parameters.values()
-        forces = [n for n in numbers if n.unit == unit and isinstance(n.value, float)]
-        unbounded = forces and all(n.high is None for n in forces)
-        if unbounded and _is_dry(one.element(part).effect):
-            out.append(Locked(one.between, carried_force(model, tests, one.between), unit))
+        forces = [(float(n.value), n.high) for n in numbers if n.unit == unit]
+        unbounded = forces and all(high is None for _, high in forces)
+        carries = carried_force(model, tests, one.between)
+        slips = max((force for force, _ in forces), default=0.0) < carries
+        if unbounded and not slips and _is_dry(one.element(part).effect):
+            out.append(Locked(one.between, carries, unit))
     return tuple(out)
 
 
