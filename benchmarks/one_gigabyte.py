@@ -111,8 +111,16 @@ def _famos(path: Path, size: int) -> None:
 
 
 def _rpc3(path: Path, size: int) -> None:
-    values = np.rint(_whole(size // (2 * CHANNELS))).astype("i2")
-    path.write_bytes(rpc3_bytes(values, [0.001] * CHANNELS, 1.0 / RATE, per_group=1024))
+    per_group = 1024
+    groups = size // (2 * CHANNELS * per_group)
+    said = {"FRAMES": groups, "SAMPLES": groups * per_group}
+    scales = [0.001] * CHANNELS
+    one = np.zeros((CHANNELS, per_group), int)
+    head = rpc3_bytes(one, scales, 1.0 / RATE, per_group=per_group, changed=said)[: 8 * 512]
+    with path.open("wb") as file:
+        file.write(head)
+        for piece in _pieces(groups * per_group, "<i2"):
+            file.write(piece.tobytes())  # which channel is which is no matter for the time
 
 
 def _ods(path: Path, size: int) -> None:
