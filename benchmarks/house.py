@@ -97,6 +97,8 @@ def functions_of(path: Path, root: Path, classes: Declared) -> Iterator[Function
 
     def walk(node: ast.AST, owner: str, *, public: bool, inner: bool) -> Iterator[Function]:
         for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.expr):  # neither class nor function stands in one
+                continue
             if isinstance(child, ast.ClassDef):
                 name = f"{owner}{child.name}."
                 seen = public and not child.name.startswith("_")
@@ -165,20 +167,26 @@ def kind_of(place: str, given: Sequence[ast.arg], marks: str) -> str:
     """Return whether a function is compiled, a command or a plain one."""
     if COMPILED.search(marks) or "kernels" in place:
         return "compiled"
-    shown = " ".join(ast.unparse(one.annotation) for one in given if one.annotation)
+    shown = " ".join(written(one.annotation) for one in given if one.annotation)
     return "command" if "typer." in shown or "Option" in shown else "plain"
 
 
 def is_quantity(one: ast.arg) -> bool:
     """Return whether a parameter is a number that may have a unit."""
-    return one.annotation is not None and bool(NUMBER.search(ast.unparse(one.annotation)))
+    return one.annotation is not None and bool(NUMBER.search(written(one.annotation)))
+
+
+@cache
+def written(annotation: ast.expr) -> str:
+    """Return an annotation as it is written."""
+    return ast.unparse(annotation)
 
 
 def complexity_of(node: ast.AST) -> int:
     """Return McCabe's number: one more than the places where the way forks."""
-    forks = sum(isinstance(one, BRANCHES) for one in ast.walk(node))
-    return (
-        1 + forks + sum(len(o.values) - 1 for o in ast.walk(node) if isinstance(o, ast.BoolOp))
+    return 1 + sum(
+        len(one.values) - 1 if isinstance(one, ast.BoolOp) else isinstance(one, BRANCHES)
+        for one in ast.walk(node)
     )
 
 

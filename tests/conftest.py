@@ -45,3 +45,20 @@ def few_effects(monkeypatch):
     from tests.few_effects import seek_few
 
     seek_few(monkeypatch)
+
+
+@pytest.fixture
+def fitted_once(monkeypatch):
+    """Have an effect fitted once that is added to one model again and again."""
+    from shakerproc.diagnosis import adding
+
+    fit, known = adding.fitted_effect, []
+
+    def fitted(model, tests, wanted, say):
+        for one, kind, found in known:
+            if (one, kind) == (model, wanted.kind):
+                return found
+        known.append((model, wanted.kind, fit(model, tests, wanted, say)))
+        return known[-1][-1]
+
+    monkeypatch.setattr(adding, "fitted_effect", fitted)

@@ -12,12 +12,14 @@ from blind import runner, works
 pytestmark = pytest.mark.slow
 
 
-def test_one_that_hangs_or_dies_costs_itself_only():
+def test_one_that_hangs_or_dies_costs_itself_only(monkeypatch, tmp_path):
+    monkeypatch.setenv("BLIND_CACHE", str(tmp_path))  # who hung is drawn once
+    monkeypatch.setattr(runner, "WALL_OVER_PROCESSOR", 40.0)  # 20 s, to import in as well
     tasks = [(seed, "none") for seed in (1, 2, 3, 4)]
-    trials = {trial.seed: trial for trial in runner.run(tasks, by_class, jobs=1, limit=2.0)}
+    trials = {trial.seed: trial for trial in runner.run(tasks, by_class, jobs=1, limit=0.5)}
     assert set(trials) == {1, 2, 3, 4}
     assert trials[1].problem == trials[4].problem == ""
-    assert trials[2].problem == "timeout: more than 2 s of processor time"
+    assert trials[2].problem == "timeout: more than 0.5 s of processor time"
     assert trials[3].problem == "died: exit code 7"
 
 

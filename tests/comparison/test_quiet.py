@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from shakerproc.comparison import quiet_of
-from shakerproc.comparison.quiet import end_of
+from shakerproc.comparison.quiet import end_of, offsets_of
 
 RATE = 2000.0
 
@@ -60,3 +61,13 @@ def test_a_decay_ends_where_it_has_died_away():
     # three times the noise, which no rms of a sine reaches below 0.42 of its amplitude
     assert 1e-4 < np.exp(-20.0 * end / time.size) < 3.0 * 1e-4 * np.sqrt(2.0) * 2.0
     assert end_of(np.zeros((1, 2000)), decay[None, :2000], RATE) == 2000
+
+
+def test_a_decay_that_is_cut_within_a_period_has_no_offset_but_its_own():
+    """The integral of A exp(-d t) cos(w t) over a recording is some A / w, not none."""
+    times = np.arange(0.0, 45.0, 0.04)
+    decay = np.exp(-0.01 * times) * np.cos(2.8 * times + 0.3)
+    rows = np.array([decay + 0.5, decay - 2.0])
+    found = offsets_of(rows, driven=False)[:, 0]
+    assert_allclose(found, [0.5, -2.0], atol=1e-4)
+    assert abs(offsets_of(rows, driven=True)[0, 0] - 0.5) > 5e-4

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.diagnosis.component import component, rod
 from tests.diagnosis.one_mass import JOINT, QUIET, RATE, STIFFNESS, added, arrays_of, one_mass
+from tests.few_effects import FEW, seek_few
 
 from shakerproc.diagnosis import TestArrays, diagnose_arrays
 from shakerproc.diagnosis.adding import add_to_arrays, worse_whole
@@ -36,7 +37,9 @@ def gap():
 
 
 def test_an_effect_is_fitted_with_the_model_s_own_numbers(gap):
-    found = add_to_arrays("gap", one_mass(stiffness=1.1 * STIFFNESS), gap)
+    said = []
+    found = add_to_arrays("gap", one_mass(stiffness=1.1 * STIFFNESS), gap, progress=said.append)
+    assert "a further mode beside the effect" not in said  # noise alone is left
     assert found.element.between == JOINT
     for name, value in GAP.items():
         one = found.parameters[name]
@@ -67,7 +70,7 @@ def test_an_effect_with_which_whole_tests_are_predicted_worse_is_told(gap, kind,
     assert all(f"Parts of {form.horizon:.3g} s" in note for note in notes)
 
 
-def test_what_is_no_gain_is_refused_unless_it_is_forced():
+def test_what_is_no_gain_is_refused_unless_it_is_forced(fitted_once):
     tests = arrays_of(one_mass(), levels=(3.0,), seconds=2.0)
     with pytest.raises(DiagnosisError, match="base and mass: the held-out error"):
         add_to_arrays("cubic_stiffness", one_mass(), tests)
@@ -161,7 +164,8 @@ def test_an_effect_of_the_user_s_own_is_added_like_any_other():
 
 
 @pytest.mark.slow
-def test_an_effect_of_the_user_s_own_is_diagnosed_like_any_other():
+def test_an_effect_of_the_user_s_own_is_diagnosed_like_any_other(monkeypatch):
+    seek_few(monkeypatch, {*FEW, "detent"})
     load_effects(OWN)
     try:
         tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **SHORT)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from tests.diagnosis.one_mass import arrays_of, one_mass
+from tests.few_effects import seek_few
 
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.judged_again import judged_again
@@ -16,7 +17,9 @@ def found():
     """Return a cubic spring that a search found, and its tests."""
     truth = one_mass(effect=EFFECTS["cubic_stiffness"](coefficient=3e11))
     tests = prepared(arrays_of(truth))
-    return search(one_mass(), tests, lambda _: None), tests
+    with pytest.MonkeyPatch.context() as patch:
+        seek_few(patch)
+        return search(one_mass(), tests, lambda _: None), tests
 
 
 def with_noise(tests, factor):

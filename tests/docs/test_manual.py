@@ -16,6 +16,7 @@ from tests.docs.fixtures import write_recordings
 from tests.few_effects import seek_few
 from tests.in_process import run
 
+from shakerproc.report.evidence import comparison
 from shakerproc.report.runs import drawing
 
 ROOT = Path(__file__).parents[2]
@@ -45,12 +46,29 @@ def played(page, folder):
     return console.play(page, folder)
 
 
+def draw_only(patch, places):
+    """Have runs and comparisons draw what is looked at later, and no more."""
+    folders = {Path(place).parent.name for place in places}
+    names = {Path(place).stem for place in places}
+    draw, figures_of = drawing.draw_run, comparison.figures_of
+
+    def drawn(result, title, where):
+        return draw(result, title, where) if f"test_{result.test.id}" in folders else []
+
+    def kept(found):
+        return {name: one for name, one in figures_of(found).items() if name in names}
+
+    patch.setattr(drawing, "draw_run", drawn)
+    patch.setattr(comparison, "figures_of", kept)
+
+
 @pytest.fixture(scope="module")
 def tutorial(tmp_path_factory):
     """Where the commands of the tutorial were run, and what differs from the page."""
     folder = tmp_path_factory.mktemp("tutorial")
     with pytest.MonkeyPatch.context() as patch:
         seek_few(patch)
+        draw_only(patch, make_images.TUTORIAL)
         return folder, played(TUTORIAL, folder)
 
 
@@ -59,7 +77,10 @@ def tutorial(tmp_path_factory):
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if page != TUTORIAL], ids=lambda path: path.stem
 )
-def test_every_command_of_a_page_prints_what_the_page_shows(page, tmp_path, few_effects):
+def test_every_command_of_a_page_prints_what_the_page_shows(
+    page, tmp_path, few_effects, monkeypatch
+):
+    draw_only(monkeypatch, ())
     wrong = played(page, tmp_path)
     assert not wrong, "\n\n".join(wrong)
 
@@ -212,15 +233,9 @@ def test_the_table_of_what_passes_for_what_is_current(truth, other):
 def worked(tutorial):
     """Where the tutorial and a batch of the sample data were processed, with pictures."""
     folder, _ = tutorial
-    kept = {Path(place).parent.name for place in make_images.BATCH}
-    draw = drawing.draw_run
-
-    def draw_kept(result, title, where):
-        return draw(result, title, where) if f"test_{result.test.id}" in kept else []
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(make_images, "shakerproc", run)  # without the seconds of a start
-        patch.setattr(drawing, "draw_run", draw_kept)  # nobody looks at the others
+        draw_only(patch, make_images.BATCH)
         make_images.sample(folder)
     make_images.pictures(folder, folder / "images")
     return folder

@@ -17,7 +17,7 @@ from tests.fuzz.time_seeds import make_time_seeds
 from shakerproc.data import Channel, SkippedRows, recording_of_arrays
 
 resource = pytest.importorskip("resource", reason="no memory figures on this system")
-SHARES = ((281, 17), pytest.param(57, 11, marks=pytest.mark.long))
+SHARES = ((397, 17), pytest.param(79, 11, marks=pytest.mark.long))
 """Every so many mutants, and from which on: some two thousand, some ten thousand."""
 
 

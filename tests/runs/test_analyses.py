@@ -42,8 +42,12 @@ ASKED = {
 }
 """What the log of these tests asks for, by kind; a new kind adds a line and passes them all."""
 
-UNASKED = {"blows", "driving_point", "resonances", "decays", "multisine", "tones", "dwell"}
-"""What nobody asks for: it comes with a force that drives the run, or with an excitation."""
+UNASKED = {
+    "blows", "driving_point", "resonances", "decays", "multisine", "tones", "dwell",
+    "uncertainty",
+}  # fmt: skip
+"""What nobody asks for: it comes with a force that drives the run, or with an excitation; and
+the budgets, which have no figure: see test_uncertainty.py."""
 
 REFUSED = {
     "response_functions: [{input: ch9, output: ch4}]": "no channel 'ch9'; the run has",
@@ -261,6 +265,7 @@ def test_channels_that_do_not_measure_break_nothing(tmp_path, dead):
             waterfall=Waterfall(),
             splitting=Splitting(shortest=1.0),
             fatigue=Fatigue(),
+            uncertainty=True,
             response_functions=(ResponseFunction("force", "ch3"),),
         ),
     )

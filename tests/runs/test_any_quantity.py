@@ -37,7 +37,7 @@ def result(tmp_path_factory):
     header = "time [s],table [g],mic [mPa],gauge [µm/m],out [mV]"
     np.savetxt(path, columns.T, "%.9g", ",", header=header, comments="", encoding="utf-8")
     test = Test(
-        1, excitation="random", from_hz=10.0, to_hz=900.0, channels=USES,
+        1, excitation="random", from_hz=10.0, to_hz=200.0, channels=USES,
         processing=Processing(crop=None),
     )  # fmt: skip
     with open_recording(path, uses=USES) as recording:

@@ -307,6 +307,14 @@ StitchOption: TypeAlias = Annotated[
         rich_help_panel=SPECTRA,
     ),
 ]
+UncertaintyOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--uncertainty",
+        help="Give every level, peak and damping its uncertainty budget (k = 2).",
+        rich_help_panel=RESULTS,
+    ),
+]
 ThesisOption: TypeAlias = Annotated[
     bool,
     typer.Option(

@@ -17,7 +17,7 @@ from shakerproc.comparison.not_measured import (
     check_sizes,
 )
 from shakerproc.comparison.part import Part, few_periods, free_part, part_of
-from shakerproc.comparison.quiet import Quiet, end_of, quiet_of
+from shakerproc.comparison.quiet import Quiet, end_of, offsets_of, quiet_of
 from shakerproc.comparison.sensors import (
     input_rows,
     misplaced,
@@ -324,7 +324,8 @@ def measure(
         check_frequency(recording, test, run, inputs)
         nothing = np.zeros((1, samples.shape[1]))
         if not model.excitation.imposed:  # where in its play a joint stands counts
-            samples = samples - run.mean(axis=1, keepdims=True)
+            driven = model.excitation.role is not None
+            samples = samples - offsets_of(run, driven=driven)
         chosen = (samples[inputs] if inputs else nothing, samples[rows])
         found = _measured(recording, test, chosen, tuple(model.sensors), part)
         return replace(

@@ -124,7 +124,8 @@ def noise_of(
         Others of the campaign; those with the same drive are repeats.
     refuted : Refuted
         Sources that a model has beaten on what was held out; the next is taken. Where there is
-        none, that of a rest stays: noise is no more than that, and so is what the model leaves.
+        none, that of a rest or of a free decay stays: noise is no more than that, and so is
+        what the model leaves.
     """
     frequency = sources.frequencies(test.sample_rate)
     resolved = sources.resolution(test)
@@ -173,6 +174,7 @@ _RESPONSES: Final = MappingProxyType({
     sources.QUARTER: sources.responses_of_decay,
     sources.ABOVE: sources.responses_above,
 })
+_UNDRIVEN: Final = (sources.QUARTER, sources.QUIET)
 _INPUTS: Final = MappingProxyType({
     sources.DISAGREEMENT: sources.disagreement,
     sources.QUIET: sources.input_at_rest,
@@ -188,8 +190,8 @@ def _first(
 ) -> tuple[FloatArray | None, str]:
     """Return what the first source says that knows anything, and its name."""
     first = [name for name in kinds if name not in refuted]
-    rest = [name for name in (sources.QUIET,) if name in kinds and name in refuted]
-    for name in (*first, *rest):
+    beaten = [name for name in _UNDRIVEN if name in kinds and name in refuted]
+    for name in (*first, *beaten):
         density = kinds[name](test, twins)
         if density is not None:
             return density, name

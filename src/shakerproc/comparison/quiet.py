@@ -75,6 +75,18 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
     return Quiet(stop, lead[: len(controls)], lead[len(controls) :])
 
 
+def offsets_of(rows: FloatArray, *, driven: bool) -> FloatArray:
+    """Return the offset of every channel, (n_channels, 1) array, from (n_channels, n) samples.
+
+    The mean; of what nothing drives one that a taper tells: a decay is cut within a period,
+    whose mean is none.
+    """
+    if driven:
+        return np.asarray(rows.mean(axis=1, keepdims=True))
+    taper = np.hanning(rows.shape[1] + 2)[1:-1]
+    return np.asarray(np.average(rows, axis=1, weights=taper)[:, np.newaxis])
+
+
 def end_of(controls: FloatArray, responses: FloatArray, sample_rate: float) -> int:
     """Return the first sample of the rest in which a recording ends, its length without one.
 

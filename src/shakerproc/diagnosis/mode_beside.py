@@ -17,7 +17,7 @@ from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import takes_most
-from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain
+from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain, leaves_something
 from shakerproc.models import Mode
 from shakerproc.models.effects import AttachedMode
 
@@ -37,7 +37,8 @@ def mode_beside(outcome: Outcome, say: Callable[[str], None]) -> Mode | None:
 
     A strong effect hides it in spectra. In short windows an attached mode is fitted beside all
     numbers of the effect, far above the model's own modes (see `further_modes.APART`); at the
-    horizon it has to take most of what is left beyond the noise.
+    horizon it has to take most of what is left beyond the noise. Where noise alone is left
+    there is nothing to take.
 
     Parameters
     ----------
@@ -48,6 +49,8 @@ def mode_beside(outcome: Outcome, say: Callable[[str], None]) -> Mode | None:
     """
     campaign, form = outcome.campaign, outcome.forms[-1]
     best = best_of([outcome.linear, *outcome.effects])
+    if not leaves_something(best):
+        return None
     starts = _starts(campaign)
     n_further = len(campaign.data.model.modes)
     if not starts or not best.fit.hypothesis.added or n_further >= MOST:

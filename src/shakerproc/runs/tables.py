@@ -182,7 +182,7 @@ IN_UNIT: Final = {
     "unit": (
         "rms", "rms_there", "largest", "standard_deviation", "demand_rms", "measured_rms",
         "height", "gain_first", "gain_last", "amplitude", "amplitude_error",
-        "demanded_amplitude", "least_in_parts", "largest_in_parts",
+        "demanded_amplitude", "least_in_parts", "largest_in_parts", "value", "expanded",
     ),
     "damage_unit": ("damage",),
 }  # fmt: skip

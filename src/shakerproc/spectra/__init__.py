@@ -14,7 +14,12 @@ from shakerproc.spectra.peaks.damping import (
     longer_may_resolve,
 )
 from shakerproc.spectra.peaks.finding import Peak, effective_frequencies, find_peaks
-from shakerproc.spectra.peaks.half_power import half_power_ratio, is_resolved
+from shakerproc.spectra.peaks.half_power import (
+    half_power_ratio,
+    is_resolved,
+    own_width,
+    seen_share,
+)
 from shakerproc.spectra.responses.bounds import (
     Bounds,
     gain_random_error,
@@ -106,6 +111,7 @@ __all__ = [
     "masked",
     "multiple_coherence",
     "notch",
+    "own_width",
     "periodogram",
     "psd",
     "psd_bounds",
@@ -113,6 +119,7 @@ __all__ = [
     "response_bounds",
     "rms_in_band",
     "sample_at",
+    "seen_share",
     "spectrogram",
     "statistics",
     "steady_lines",

@@ -150,6 +150,7 @@ def merged_processing(
         ),
         splitting=_asked(base.splitting, section.splitting, Splitting(), "splitting"),
         fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
+        uncertainty=given.get("uncertainty", base.uncertainty),
         response_functions=_functions(base, section),
         integration=_asked(base.integration, section.integration, Integration(), "integration"),
         hammer=_overridden(base.hammer, section.hammer),

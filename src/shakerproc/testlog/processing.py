@@ -202,6 +202,8 @@ class Processing:
         Velocity and displacement, likewise.
     fatigue : Fatigue, optional
         Vibration response and fatigue damage spectra, likewise.
+    uncertainty : bool
+        Whether every level, peak and damping gets its uncertainty budget.
     response_functions : tuple of ResponseFunction
         Between channels other than the controls and the responses.
     hammer : Hammer
@@ -237,6 +239,7 @@ class Processing:
     spectrogram: ShownSpectrogram | None = None
     splitting: Splitting | None = None
     fatigue: Fatigue | None = None
+    uncertainty: bool = False
     response_functions: tuple[ResponseFunction, ...] = ()
     hammer: Hammer = field(default_factory=Hammer)
     inherited: frozenset[str] = field(default=frozenset(), compare=False)

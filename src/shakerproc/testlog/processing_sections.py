@@ -159,5 +159,6 @@ class ProcessingSection(Section):
     spectrogram: SpectrogramSection | None = None
     splitting: SplittingSection | None = None
     fatigue: FatigueSection | None = None
+    uncertainty: bool | None = None
     response_functions: Annotated[tuple[ResponseFunctionSection, ...], FromList] | None = None
     hammer: HammerSection = Field(default_factory=HammerSection)

@@ -63,6 +63,8 @@ class Options(TypedDict, total=False):
         Window of the segments, and what mean is removed: ``none``, ``mean``, ``segment mean``.
     stitch : bool
         Whether to join the sweeps of one direction to one response.
+    uncertainty : bool
+        Whether to give every level, peak and damping its uncertainty budget.
     """
 
     excitation: str | None
@@ -89,6 +91,7 @@ class Options(TypedDict, total=False):
     window: str | None
     detrend: str | None
     stitch: bool
+    uncertainty: bool
 
 
 LONGEST_SEGMENT: Final = 2**24
@@ -101,7 +104,9 @@ _TEXT: Final = (
     "detrend", "time_unit",
 )  # fmt: skip
 
-_SWITCHES: Final = ("no_crop", "crop_absolute", "stitch", "override_rate", "ignore_starts")
+_SWITCHES: Final = (
+    "no_crop", "crop_absolute", "stitch", "uncertainty", "override_rate", "ignore_starts",
+)  # fmt: skip
 
 _COUNTS: Final[Mapping[str, int]] = MappingProxyType({"segment": 8, "overlap": 0})
 

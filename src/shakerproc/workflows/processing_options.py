@@ -201,7 +201,7 @@ def _with_crop(test: Test, given: Mapping[str, Any]) -> Test:
 
 
 def with_averaging(test: Test, said: Mapping[str, Any]) -> Test:
-    """Return a test with other averaging than its log says, its sweeps stitched on request.
+    """Return a test with other averaging than its log says, and what else is asked for.
 
     Raises
     ------
@@ -223,4 +223,8 @@ def with_averaging(test: Test, said: Mapping[str, Any]) -> Test:
     if (detrend := detrend_of(said.get("detrend"))) is not None:
         processing = replace(processing, detrend=detrend)  # type: ignore[arg-type]
     stitch = bool(said.get("stitch")) or processing.stitch
-    return replace(test, processing=replace(processing, welch=welch, stitch=stitch))
+    asked = bool(said.get("uncertainty")) or processing.uncertainty
+    return replace(
+        test,
+        processing=replace(processing, welch=welch, stitch=stitch, uncertainty=asked),
+    )

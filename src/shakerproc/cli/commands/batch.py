@@ -89,6 +89,7 @@ def batch(
     detrend: options.DetrendOption = None,
     export: options.ExportOption = "",
     stitch: options.StitchOption = False,
+    uncertainty: options.UncertaintyOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
     units: options.UnitsOption = None,
@@ -151,12 +152,9 @@ def batch(
     _check_trends(log, trend or [], _words(by))
     _check_channel(log, channel)
     averaging = {
-        "segment": segment,
-        "overlap": overlap,
-        "window": window,
-        "detrend": detrend,
-        "stitch": stitch,
-    }
+        "segment": segment, "overlap": overlap, "window": window, "detrend": detrend,
+        "stitch": stitch, "uncertainty": uncertainty,
+    }  # fmt: skip
     with options.usage():
         averaged = tuple(with_averaging(test, averaging) for test in log.tests)
         shown = units_of(log, units)

@@ -151,6 +151,7 @@ def process(
     detrend: options.DetrendOption = None,
     export: options.ExportOption = "",
     stitch: options.StitchOption = False,
+    uncertainty: options.UncertaintyOption = False,
     thesis: options.ThesisOption = False,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
@@ -203,6 +204,7 @@ def process(
                 "window": window,
                 "detrend": detrend,
                 "stitch": stitch,
+                "uncertainty": uncertainty,
             },
         )
     folder = Path(folder_name(recording, chosen)) if out is None else out

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.comparison.measured import REACH, UNCALIBRATED
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, noise_of
 from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.quiet import Quiet, end_of, quiet_of
+from shakerproc.comparison.quiet import Quiet, end_of, offsets_of, quiet_of
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError
@@ -193,7 +193,8 @@ def prepared(
 
 def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
-    responses = arrays.responses - arrays.responses.mean(axis=1, keepdims=True)
+    driven = bool(np.any(controls))
+    responses = arrays.responses - offsets_of(arrays.responses, driven=driven)
     rate = arrays.sample_rate
     quiet = quiet_of(controls, responses, rate)
     if quiet is not None:  # rest tells the offset of a channel better than the whole does
@@ -202,7 +203,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         responses = responses - responses[:, rest].mean(axis=1, keepdims=True)
     low, high = arrays.band
     highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
-    run_in = min(round(rate), responses.shape[1] // 10) if np.any(controls) else 0
+    run_in = min(round(rate), responses.shape[1] // 10) if driven else 0
     start = quiet.stop if quiet is not None else run_in
     rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
     inside = noise.frequency <= highest

@@ -174,6 +174,13 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "counted by rainflow, to the exponent of the S-N curve.",
         "ASTM E1049-85, Standard practices for cycle counting in fatigue analysis.",
     ),
+    "uncertainty": (
+        "An uncertainty budget holds what the calibration sheet, the bins, chance and noise do "
+        "to a number, each as a standard uncertainty; their root sum of squares times k = 2 is "
+        "its expanded uncertainty.",
+        "JCGM 100:2008, Evaluation of measurement data - Guide to the expression of "
+        "uncertainty in measurement.",
+    ),
 }
 """What each further analysis did, and where it is written."""
 

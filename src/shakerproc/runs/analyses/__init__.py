@@ -67,8 +67,11 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "splitting": _Kind("SplittingAnalysis", _asked("splitting")),
     "shock": _Kind("ShockAnalysis", _asked("shock")),
     "fatigue": _Kind("FatigueAnalysis", _asked("fatigue")),
+    "uncertainty": _Kind(
+        "UncertaintyAnalysis", lambda result: result.test.processing.uncertainty
+    ),
 })
-"""Every kind by its key in the log, in the order of the report."""
+"""Every kind by its key in the log, in the order of the report; each sees those before it."""
 
 
 def with_analyses(recording: Recording, result: RunResult) -> RunResult:
@@ -88,7 +91,7 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
         if not one.wanted(result):
             continue
         try:
-            analysis = _analysis(kind).of(recording, result)
+            analysis = _analysis(kind).of(recording, replace(result, analyses=tuple(found)))
         except SpectrumError as error:
             if kind not in result.test.processing.inherited:
                 raise

@@ -6,6 +6,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.spectra.welch.cross import CrossSpectra
+from shakerproc.spectra.welch.windows import correlation_of
 
 READABLE: Final = 9.0
 """Half-power width, in widths of the window, from which leakage widens it by 3 % at most."""
@@ -57,6 +58,51 @@ def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
     """
     reading = half_power_ratio(spectra.frequency, power, peak)
     return reading is not None and reading[1] >= READABLE * spectra.resolution
+
+
+def own_width(seen: float, window: float) -> float:
+    r"""Return the half-power width of a resonance that is seen through a window [Hz].
+
+    .. math:: B_s \approx 0.5346 \, B + \sqrt{0.2166 \, B^2 + B_w^2}
+
+    `seen` is the width that shows, `window` that of the window, which is less [Hz].
+
+    References
+    ----------
+    .. [1] J. J. Olivero and R. L. Longbothum, "Empirical fits to the Voigt line width: a brief
+       review", J. Quant. Spectrosc. Radiat. Transfer 17, 233-236, 1977.
+    """
+    a, b = 0.5346, 0.2166
+    root = np.sqrt((a * seen) ** 2 - (a * a - b) * (seen**2 - window**2))
+    return float((a * seen - root) / (a * a - b))
+
+
+def seen_share(spectra: CrossSpectra, width: float) -> float:
+    r"""Return the share of the height of a resonance that a window lets be seen.
+
+    .. math:: \frac{\sum_\tau r_w(\tau) e^{-\pi B \tau}}{\sum_\tau e^{-\pi B \tau}}
+
+    with the correlation :math:`r_w` of the window with itself, the first sample halved. It is
+    the same for the density of a mode under white noise and for its response function.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        What the height is read from.
+    width : float
+        Half-power width :math:`B` of the resonance itself [Hz].
+
+    Returns
+    -------
+    float
+        From 0 to 1 [-]; 1 of whole decays, of which no window takes anything.
+    """
+    if spectra.decay_rate is not None:
+        return 1.0
+    decay = np.array([-np.pi * width / spectra.sample_rate], dtype=np.complex128)
+    seen = correlation_of(spectra.window_name, spectra.window).transform(decay)[0]
+    whole = -1.0 / np.expm1(decay) - 0.5
+    return float((seen / whole)[0].real)
 
 
 def _crossing(power: FloatArray, peak: int, level: float, step: int) -> float | None:
