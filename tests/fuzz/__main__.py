@@ -13,7 +13,8 @@ import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 
-from tests.fuzz.campaign import share, table
+from tests.fuzz.campaign import drawn, share, table
+from tests.fuzz.recorder_seeds import CORE, EXTRAS
 
 PARTS = 10
 
@@ -37,11 +38,39 @@ def one_of(text: str) -> tuple[int, int]:
     return int(number), int(count)
 
 
+def recorders(count: int, only: list[str]) -> int:
+    """Print what became of so many damaged files of each recorder; return how many are bad."""
+    found = 0
+    for write in (*CORE, *EXTRAS.values()):
+        if only and write.__name__ not in only:
+            continue
+        start = time.perf_counter()
+        counts: Counter[tuple[str, str]] = Counter()
+        before = found
+        for kind, outcome, bad in drawn(write, count):
+            counts[kind, outcome] += 1
+            if bad:
+                found += 1
+                say(f"  {bad}")
+            if counts.total() % 500 == 0:
+                say(f"  {counts.total()} so far")
+        spent = time.perf_counter() - start
+        say(f"{write.__name__}: {count} mutants, {found - before} bad, {spent:.0f} s")
+        say(table(counts))
+    return found
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--share", type=one_of, default=(1, 1), help="which of how many: 2/7")
+    parser.add_argument("--recorders", type=int, default=0, help="mutants of each recorder")
+    parser.add_argument(
+        "--only", nargs="*", default=[], help="which of these: mts ods mdf ide famos"
+    )
     options = parser.parse_args()
+    if options.recorders:
+        return 1 if recorders(options.recorders, options.only) else 0
     start = time.perf_counter()
     number, count = options.share
     parts = [number - 1 + count * part for part in range(PARTS)]

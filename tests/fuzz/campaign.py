@@ -1,16 +1,19 @@
 """Work through a share of the mutants, and make a table of what became of them."""
 
+import gc
 import itertools
 import re
 import resource
 import tempfile
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 from tests.fuzz.judge import GOOD, OUTCOMES, Judge
 from tests.fuzz.mutants import mutants
-from tests.fuzz.recorder_seeds import mts
-from tests.fuzz.seeds import make_seeds
+from tests.fuzz.recorder_seeds import CORE
+from tests.fuzz.seeds import Seed, make_seeds
 from tests.fuzz.time_seeds import make_time_seeds
 
 
@@ -23,7 +26,7 @@ def share(number: int, count: int) -> tuple[Counter, list[str], float]:
         folder = Path(name)
         with tempfile.TemporaryDirectory() as elsewhere:
             seeds = [*make_seeds(Path(elsewhere)), *make_time_seeds(Path(elsewhere))]
-            seeds.append(mts(Path(elsewhere)))
+            seeds += [write(Path(elsewhere)) for write in CORE]
         judge = Judge(folder, seeds)
         every_mutant = itertools.chain.from_iterable(mutants(seed) for seed in seeds)
         for i, mutant in enumerate(every_mutant):
@@ -36,6 +39,22 @@ def share(number: int, count: int) -> tuple[Counter, list[str], float]:
                     f"{mutant.seed.name}: {mutant.kind}: number {i}: {outcome}: {message}"
                 )
     return counts, bad, peak_memory()
+
+
+def drawn(
+    write: Callable[[Path], Seed], count: int, seed: int = 44
+) -> Iterator[tuple[str, str, str]]:
+    """Yield damage, outcome and what is bad of mutants of one format, drawn by chance."""
+    with tempfile.TemporaryDirectory() as name:
+        good = write(Path(name))
+        judge = Judge(Path(name), [good])
+        every = list(mutants(good))
+        gc.freeze()  # readers of damaged files collect what they have made: nothing else
+        for at in np.random.default_rng(seed).choice(len(every), count, replace=False):
+            kind = every[at].kind
+            outcome, message = judge.outcome(every[at])
+            bad = "" if outcome in GOOD else f"{kind}: number {at}: {outcome}: {message}"
+            yield kind, outcome, bad
 
 
 def peak_memory() -> float:

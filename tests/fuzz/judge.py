@@ -195,11 +195,7 @@ def compared(recording: Recording, samples: np.ndarray, mutant: Mutant) -> tuple
     n, whole = samples.shape[1], values.shape[1]
     skipped = 0 if recording.skipped is None else recording.skipped.count
     if n > whole or (n < whole and not recording.incomplete and skipped < whole - n):
-        if (
-            not mutant.seed.counted
-            and n < whole
-            and fewest_changes(samples, values, whole) <= 1
-        ):
+        if says_no_length(mutant) and n < whole and fewest_changes(samples, values, whole) <= 1:
             return "rows gone at an end of a file without a count", ""
         return "lost silently", f"{n} of {whole} samples"
     either_end = whole - n if mutant.seed.table is not None else 0  # its first row may be gone
@@ -209,6 +205,13 @@ def compared(recording: Recording, samples: np.ndarray, mutant: Mutant) -> tuple
     if mutant.rows >= 0 and differ > mutant.rows + skipped:
         return "rows displaced", f"{differ} rows differ, {mutant.rows} were changed"
     return "numbers differ", ""
+
+
+def says_no_length(mutant: Mutant) -> bool:
+    """Return whether nothing in a file says how many rows it had."""
+    size = len(mutant.content)
+    cut = mutant.content == mutant.seed.content[:size] and size in mutant.seed.complete
+    return cut or not mutant.seed.counted
 
 
 def fewest_changes(samples: np.ndarray, values: np.ndarray, most: int) -> int:

@@ -1,12 +1,20 @@
-"""Small recordings of recorders: RPC III of the core, the others of the extra `recorders`."""
+"""Small recordings of recorders: RPC III and ATFX of the core, others of the extra."""
 
 import re
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 from tests.fuzz.seeds import CHANNELS, N_ROWS, RATE, Seed, numbers, taken
-from tests.recordings.recorder_files import rpc3_bytes, write_famos, write_ide, write_mdf
+from tests.recordings.recorder_files import (
+    atfx,
+    atfx_explicit,
+    rpc3_bytes,
+    write_famos,
+    write_ide,
+    write_mdf,
+)
 
 from shakerproc.data import STANDARD_GRAVITY
 
@@ -20,6 +28,23 @@ def mts(_: Path) -> Seed:
     values = counts * 2.0**-12 * STANDARD_GRAVITY
     stated = [range(content.index(name), content.index(name) + 128) for name in STATED]
     return Seed("whole.rsp", content, CHANNELS, values, (), stated=tuple(stated))
+
+
+def ods(_: Path) -> Seed:
+    """A submatrix whose numbers are written out; its step stands once, and its start."""
+    values = numbers(29)
+    columns = [
+        (name, "g", "acceleration", atfx_explicit(row))
+        for name, row in zip(CHANNELS, values, strict=True)
+    ]
+    axis = ("time", "s", "Time", (0.0, 1.0 / RATE))
+    content = atfx([("part", N_ROWS, [axis, *columns])], begin="20240506070809").encode()
+    once = re.finditer(rb"0\.0 0\.001|<Beginn>\d+</Beginn>|Beginn</name>.{,40}_begin", content)
+    start = datetime(2024, 5, 6, 7, 8, 9, tzinfo=UTC)
+    return Seed(
+        "whole.atfx", content, CHANNELS, values * STANDARD_GRAVITY, (), start=start,
+        stated=tuple(range(*found.span()) for found in once),
+    )  # fmt: skip
 
 
 def mdf(folder: Path) -> Seed:
@@ -37,8 +62,19 @@ def ide(folder: Path) -> Seed:
     write_ide(path, [(8, "A", "g", CHANNELS, RATE, values)], 1714979289, block=20)
     content = taken(path)
     scale = re.search(rb"1/1000000000", content)
-    stated = (range(scale.start() - 3, scale.end()),)  # with its element
-    return Seed(path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated)
+    blocks = tuple(found.start() for found in re.finditer(rb"\xa1@.\xb0\x81\x08", content))
+    assert len(blocks) == N_ROWS // 20
+    first = content.index(b"\xb8", blocks[0])  # no other block repeats these two times
+    last = content.index(b"\xb9", blocks[-1])
+    stated = (
+        range(scale.start() - 3, scale.end()),  # with its element
+        range(first, content.index(b"\xb9", first)),
+        range(last, content.index(b"\xb2", last)),
+    )
+    return Seed(
+        path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated,
+        complete=blocks[1:],
+    )  # fmt: skip
 
 
 def famos(folder: Path) -> Seed:
@@ -51,6 +87,9 @@ def famos(folder: Path) -> Seed:
     stated = tuple(range(found.start(), found.end()) for found in keys)
     return Seed(path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated)
 
+
+CORE: tuple[Callable[[Path], Seed], ...] = (mts, ods)
+"""What writes a seed of a format that needs no package."""
 
 EXTRAS: dict[str, Callable[[Path], Seed]] = {"asammdf": mdf, "idelib": ide, "imctermite": famos}
 """What writes a seed, by the package that reads it."""

@@ -45,6 +45,8 @@ class Seed:
         Between its cells.
     counted : bool
         Whether the file says how many values there are.
+    complete : tuple of int
+        Sizes at which a cut file is a whole one by all that it says.
     start : datetime, optional
         When the first row was taken, where the file says it.
     stated : tuple of range
@@ -62,6 +64,7 @@ class Seed:
     table: range | None = None
     delimiter: str = ","
     counted: bool = True
+    complete: tuple[int, ...] = ()
     start: datetime | None = None
     stated: tuple[range, ...] = ()
     unit: str = ""

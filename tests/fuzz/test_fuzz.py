@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.fuzz.judge import GOOD, Judge, compared
 from tests.fuzz.mutants import Mutant, mutants
-from tests.fuzz.recorder_seeds import EXTRAS, mts
+from tests.fuzz.recorder_seeds import CORE, EXTRAS
 from tests.fuzz.seeds import make_seeds
 from tests.fuzz.time_seeds import make_time_seeds
 
@@ -27,7 +27,11 @@ SHARES = ((397, 17), pytest.param(79, 11, marks=pytest.mark.long))
 )
 @pytest.mark.parametrize(("every", "first"), SHARES)
 def test_thousands_of_damaged_recordings(tmp_path, every, first):
-    seeds = [*make_seeds(tmp_path), *make_time_seeds(tmp_path), mts(tmp_path)]
+    seeds = [
+        *make_seeds(tmp_path),
+        *make_time_seeds(tmp_path),
+        *(write(tmp_path) for write in CORE),
+    ]
     judge = Judge(tmp_path, seeds)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     counts: Counter[str] = Counter()

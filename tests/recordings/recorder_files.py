@@ -124,3 +124,101 @@ def rpc3_bytes(values, scales, step, *, per_group=64, order="<", changed=None):
     full[:, :n] = values
     body = full.reshape(n_channels, groups, per_group).swapaxes(0, 1).tobytes()
     return head.ljust(8 * 512, b"\0") + body
+
+
+_ATFX_MODEL = {
+    "Messung": ("AoMeasurement", {"Id": "id", "Name": "name", "Beginn": "measurement_begin",
+        "Teile": "submatrices", "Kanaele": "measurement_quantities"}),
+    "Kanal": ("AoMeasurementQuantity", {"Id": "id", "Name": "name", "Typ": "datatype",
+        "Messung": "measurement", "Einheit": "unit", "Groesse": "quantity"}),
+    "Groesse": ("AoQuantity", {"Id": "id", "Name": "name"}),
+    "Einheit": ("AoUnit", {"Id": "id", "Name": "name", "Faktor": "factor", "Null": "offset"}),
+    "Teil": ("AoSubmatrix", {"Id": "id", "Name": "name", "Zeilen": "number_of_rows",
+        "Messung": "measurement", "Spalten": "local_columns"}),
+    "Spalte": ("AoLocalColumn", {"Id": "id", "Name": "name", "Frei": "independent",
+        "Art": "sequence_representation", "Zahlen": "generation_parameters",
+        "Werte": "values", "Marken": "flags", "Marke": "global_flag", "Teil": "submatrix",
+        "Kanal": "measurement_quantity", "Fremd": "external_component"}),
+    "Fremd": ("AoExternalComponent", {"Id": "id", "Name": "name", "Datei": "filename_url",
+        "Typ": "value_type", "Laenge": "component_length", "Anfang": "start_offset",
+        "Block": "block_size", "JeBlock": "valuesperblock", "Versatz": "value_offset"}),
+}  # fmt: skip
+"""Names of a vendor's own for elements of the base model, as every vendor has them."""
+
+
+def atfx(submatrices, *, begin="", files=None, version="5.3.0"):
+    """Return the XML of submatrices of (name, rows, columns) after the published schema.
+
+    A column is (name, unit, quantity, content): content is its XML after `Frei`; of the
+    independent one, a pair of start and step, or a list of its XML. Relations stand on one
+    side only.
+    """
+
+    def tags(**fields):
+        return "".join(f"<{k}>{v}</{k}>" for k, v in fields.items())
+
+    relations = {
+        "submatrices", "measurement_quantities", "measurement", "unit", "quantity",
+        "local_columns", "submatrix", "measurement_quantity", "external_component",
+    }  # fmt: skip
+    model = ""
+    for kind, (base, names) in _ATFX_MODEL.items():
+        inner = "".join(
+            f"<relation_attribute>{tags(name=n, ref_to='any', base_relation=b)}"
+            "</relation_attribute>"
+            if b in relations
+            else f"<application_attribute>{tags(name=n, base_attribute=b)}"
+            "</application_attribute>"
+            for n, b in names.items()
+        )
+        element = tags(name=kind, basetype=base) + inner
+        model += f"<application_element>{element}</application_element>"
+    listed = "".join(
+        f"<component>{tags(identifier=k, filename=v)}</component>"
+        for k, v in (files or {}).items()
+    )
+    data, number = f"<Messung>{tags(Id=1, Name='run', Beginn=begin)}</Messung>", 1
+    for name, rows, columns in submatrices:
+        number += 1
+        part, spalten = number, []
+        for called, unit, quantity, content in columns:
+            column, kanal, einheit, groesse = range(number + 1, number + 5)
+            number += 4
+            free = not isinstance(content, str)
+            inner = content[0] if isinstance(content, list) else content
+            if isinstance(content, tuple):
+                step = " ".join(map(repr, content))
+                inner = tags(Art="implicit_linear", Zahlen=step)
+            data += f"<Einheit>{tags(Id=einheit, Name=unit, Faktor=1, Null=0)}</Einheit>"
+            data += f"<Groesse>{tags(Id=groesse, Name=quantity)}</Groesse>"
+            data += f"<Kanal>{tags(Id=kanal, Name=called, Messung=1, Einheit=einheit)}"
+            data += f"{tags(Groesse=groesse)}</Kanal>"
+            data += f"<Spalte>{tags(Id=column, Name=called, Frei=int(free), Kanal=kanal)}"
+            data += f"{inner}</Spalte>"
+            spalten.append(str(column))
+        about = tags(Id=part, Name=name, Zeilen=rows, Messung=1, Spalten=" ".join(spalten))
+        data += f"<Teil>{about}</Teil>"
+    return (
+        f'<?xml version="1.0" encoding="utf-8"?>\n<atfx_file version="atfx_file: V1.3.0" '
+        f'xmlns="http://www.asam.net/ODS/{version}/Schema">'
+        f"<documentation><exporter>test</exporter></documentation>"
+        f"<base_model_version>asam31</base_model_version><files>{listed}</files>"
+        f"<application_model>{model}</application_model>"
+        f"<instance_data>{data}</instance_data></atfx_file>\n"
+    )
+
+
+def atfx_explicit(values, tag="A_FLOAT64", more=""):
+    """Return the content of a column whose values are written out."""
+    written = " ".join(map(repr, np.asarray(values).tolist()))
+    inner = f"<Art>explicit</Art><Marke>15</Marke><Werte><{tag}>{written}</{tag}></Werte>"
+    return inner + more
+
+
+def atfx_component(name, kind, length, first, block, offset):
+    """Return numbers of a binary file, as IPETRONIK and HEAD acoustics write them."""
+    return (
+        f"<component><identifier>{name}</identifier><datatype>{kind}</datatype>"
+        f"<length>{length}</length><inioffset>{first}</inioffset><valperblock>1</valperblock>"
+        f"<valoffsets>{offset}</valoffsets><blocksize>{block}</blocksize></component>"
+    )

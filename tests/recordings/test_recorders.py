@@ -4,6 +4,7 @@ The oracle is what was written, by the format's own library where it can write.
 """
 
 import builtins
+import os
 from datetime import UTC, datetime
 
 import numpy as np
@@ -232,6 +233,16 @@ def test_rpc3_of_either_byte_order_is_counts_times_scale(tmp_path, order):
     path.write_bytes(path.read_bytes()[:-300])  # groups have 256 bytes: two are torn
     with open_recording(path) as found:
         assert (found.n_samples, found.expected_samples) == (64, 150)
+
+
+def test_rpc3_that_shrinks_while_it_is_read_is_one_line(tmp_path):
+    path = tmp_path / "run.rsp"
+    path.write_bytes(rpc3_bytes(np.zeros((2, 150_000), int), [1.0, 1.0], 0.001))
+    found = open_recording(path)
+    os.truncate(path, 5000)
+    with pytest.raises(RecordingError, match="shorter"):
+        found.samples()
+    found.source.close()
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from shakerproc.recordings import (
     write_parquet,
     write_uff,
 )
+from shakerproc.recordings.frames import Frames
 
 
 @pytest.fixture
@@ -442,6 +443,27 @@ def test_a_pickle_in_a_numpy_archive_is_never_loaded_but_named(tmp_path):
     np.savez(tmp_path / "run.npz", t=T, acc_g=Y, trap=trap)
     with open_recording(tmp_path / "run.npz") as recording:
         assert "'trap'" in recording.notes[0]
+
+
+def test_opening_a_long_npy_reads_no_more_than_its_head(tmp_path, monkeypatch):
+    np.save(tmp_path / "run.npy", np.random.default_rng(1).standard_normal((200_000, 4)))
+    read = []
+    plain = Frames.__getitem__
+
+    def counted(self, key):
+        values = plain(self, key)
+        read.append(values.size)
+        return values
+
+    monkeypatch.setattr(Frames, "__getitem__", counted)
+    with open_recording(tmp_path / "run.npy", sample_rate=1000.0) as recording:
+        assert max(read) <= 1 << 16
+        assert recording.n_samples == 200_000
+
+
+def test_a_pickle_of_numpy_is_named_as_one(tmp_path):
+    np.save(tmp_path / "run.npy", np.array([Trap()], dtype=object))
+    refused(tmp_path / "run.npy", r"run.npy: holds Python objects \(a pickle\)")
 
 
 class Trap:

@@ -99,6 +99,24 @@ def test_a_binary_stored_abscissa_is_read_in_both_widths(write, order, single):
         assert_allclose(recording.sample_rate, RATE, rtol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("stated", "told"),
+    [
+        (f"{1:6d}{1:6d}", "floats of DEC VMS"),
+        (f"{1:6d}{3:6d}", "floats of IBM"),
+        (f"{0:6d}{2:6d}", "byte order 0"),
+        (f"{7:6d}{2:6d}", "byte order 7"),
+    ],
+)
+def test_floats_of_other_computers_are_one_line(write, stated, told):
+    content = record(VALUES, kind=4, binary=True)
+    assert content[7:26] == f"    58b{1:6d}{2:6d}".encode()
+    path = write(content[:14] + stated.encode() + content[26:])
+    with pytest.raises(RecordingError, match=told) as caught:
+        open_recording(path)
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("last", ["  1.00000E+00", "  0.00000E+00" * 7])
 def test_values_that_do_not_only_fill_the_last_line_are_refused(write, last):
     content = record(VALUES).replace(b"\n    -1\n", f"{last}\n    -1\n".encode())

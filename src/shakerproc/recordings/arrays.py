@@ -319,6 +319,9 @@ def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
     if array.dtype.kind not in "f" or max(array.shape) > LARGEST // 8:
         return None
     line = Row(array, 0, upright=array.shape[0] > array.shape[1])
+    head = _head(line, max(array.shape))  # the whole line only where it may be one
+    if not like_time(name, "", head) or steps_of(head, "", "").problem:
+        return None
     times = np.asarray(_slice(line, 0, max(array.shape)), dtype=np.float64)
     if times.size < FEWEST or not like_time(name, "", times):
         return None

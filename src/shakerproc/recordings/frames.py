@@ -1,5 +1,6 @@
 """Numbers that stand in a file as they are, one frame after the other: read when asked for."""
 
+import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,6 +49,11 @@ class Frames:
     def dtype(self) -> "np.dtype[Any]":
         """Type of a value."""
         return self.stored if self.kind is None else self.kind
+
+    @property
+    def size(self) -> int:
+        """How many values there are."""
+        return math.prod(self.shape)
 
     def __getitem__(self, key: Any, /) -> NDArray[Any]:
         keys = key if isinstance(key, tuple) else (key,)

@@ -110,23 +110,25 @@ class IdeSource(SampleSource):
 def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
     """Return how many samples of each sensor a file holds, and whether it is damaged.
 
-    It is where its elements end before it does, are of unknown or of two kinds, or hold samples
-    of no sensor: idelib leaves out without a word what it cannot place.
+    It is where its elements end before it does, stand where the format has no such element, or
+    hold samples of no sensor or none at all: idelib leaves out without a word what it cannot
+    place.
     """
     found: dict[Any, int] = dict.fromkeys(dataset.channels, 0)
+    allowed = dataset.ebmldoc.schema.document.children
     end, kinds, stray = 0, set(), False
     for element in dataset.ebmldoc:
         end = element.payloadOffset + element.size
-        if element.name in {*_BLOCKS, "UnknownElement"}:
+        stray = stray or element.id not in allowed
+        if element.name in _BLOCKS:
             kinds.add(element.name)
         if element.name == "ChannelDataBlock":
             parts = {part.name: part for part in element}
             sensor = getattr(parts.get("ChannelIDRef"), "value", None)
             payload = getattr(parts.get("ChannelDataPayload"), "size", 0)
+            stray = stray or sensor not in found or not payload
             if sensor in found:
                 found[sensor] += payload // dataset.channels[sensor].parser.size
-            else:
-                stray = True
     size = dataset.ebmldoc.stream.seek(0, os.SEEK_END)
     damaged = bool(getattr(dataset, "fileDamaged", False)) or stray or end != size
     return found, damaged or len(kinds) > 1

@@ -72,6 +72,10 @@ def _stored(file: BinaryIO, name: str, run: str) -> RawFile:
     if version not in _HEADERS:
         raise RecordingError(f"{run}: version {version} of .npy is unknown. Save it again.")
     shape, by_column, dtype = _HEADERS[version](file)
+    if dtype.hasobject:
+        raise RecordingError(
+            f"{run}: holds Python objects (a pickle), which are never read. Save real numbers."
+        )
     there = os.fstat(file.fileno()).st_size - file.tell()
     _check_length(shape, dtype, there, name, run)
     shape = shape[::-1] if by_column else shape

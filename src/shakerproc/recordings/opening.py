@@ -70,6 +70,7 @@ READERS: Final = Readers({
     ".rpc3": "rpc3:read_rpc3",
     ".wav": "wav:read_wav",
     ".rf64": "wav:read_wav",
+    ".atfx": "atfx:read_atfx",
 })
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 

@@ -1,7 +1,7 @@
 """Read MTS RPC III (.rsp, .rpc): a header of named values, then groups of samples.
 
-The format is short and the file is mapped, so that a drive file of some GB is read a slice at a
-time. Samples of 16 bits are multiplied by the scale of their channel.
+The format is short, and a drive file of some GB is read a slice at a time. Samples of 16 bits
+are multiplied by the scale of their channel.
 
 References
 ----------
@@ -9,16 +9,17 @@ References
 """
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, final
+from typing import BinaryIO, Final, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
+from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
 from shakerproc.recordings.time_axis import TimeAxis, half_digit
@@ -41,17 +42,23 @@ def read_rpc3(path: Path, run: str) -> RawFile:
         If it is none, or its header is not whole.
     """
     try:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            header = _header(file.read(_MOST_BLOCKS * _BLOCK), run)
+        file = path.open("rb")
     except OSError as error:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    layout = _layout(header, size, run)
-    with foreign(run, "mapping the samples"):
-        samples: NDArray[Any] = np.memmap(
-            path, layout.dtype, "r", layout.first, (layout.there,), "C"
-        )
-    source = GroupedSource(run, samples, layout)
+    try:
+        return _read(file, run)
+    except BaseException:
+        file.close()
+        raise
+
+
+def _read(file: BinaryIO, run: str) -> RawFile:
+    """Return the channels of an open file."""
+    header = _header(file.read(_MOST_BLOCKS * _BLOCK), run)
+    layout = _layout(header, os.fstat(file.fileno()).st_size, run)
+    shape = (layout.whole // layout.per_group, layout.channels * layout.per_group)
+    frames = Frames(run, file, layout.first, shape, np.dtype(layout.dtype))
+    source = GroupedSource(run, frames, layout)
     step = _number(header, "DELTA_T", run)
     axes = (TimeAxis("DELTA_T", step=step, unit="s",
                      digit=half_digit(header["DELTA_T"])),)  # fmt: skip
@@ -88,8 +95,6 @@ class Layout:
         How many channels, and samples of each in a group.
     promised, whole : int
         Samples of a channel that the header says, and that are there in whole groups.
-    there : int
-        Numbers that are there in whole groups.
     scales : tuple of float
         Of each channel [unit of the channel per count].
     """
@@ -100,33 +105,33 @@ class Layout:
     per_group: int
     promised: int
     whole: int
-    there: int
     scales: tuple[float, ...]
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class GroupedSource(SampleSource):
-    """Samples that stand in groups, read from a mapped file when they are asked for."""
+    """Samples that stand in groups, read when they are asked for."""
 
     run: str
-    samples: NDArray[Any]
+    frames: Frames
     layout: Layout
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         per_group = self.layout.per_group
         count = max(0, stop - start)
         first, last = start // per_group, -(-stop // per_group)
-        groups = self.samples.reshape(-1, self.layout.channels, per_group)[first:last]
         out = np.empty((len(rows), count))
         with foreign(self.run, "reading the samples"):
+            groups = self.frames[first:last].reshape(-1, self.layout.channels, per_group)
             for line, row in zip(out, rows, strict=True):
                 flat = groups[:, row].reshape(-1)[start - first * per_group :][:count]
                 line[:] = flat * np.float64(self.layout.scales[row])
         return out
 
     def close(self) -> None:
-        """Leave the mapped file; it is closed with the last reference to it."""
+        """Close the file."""
+        self.frames.file.close()
 
 
 def _header(content: bytes, run: str) -> Mapping[str, str]:
@@ -200,8 +205,7 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> Layout:
     numbers = range(1, channels + 1)
     scales = [_number(header, f"SCALE.CHAN_{n}", run) if scaled else 1.0 for n in numbers]
     return Layout(
-        dtype.str, first, channels, per_group, promised, groups * per_group,
-        groups * per_group * channels, tuple(scales),
+        dtype.str, first, channels, per_group, promised, groups * per_group, tuple(scales),
     )  # fmt: skip
 
 

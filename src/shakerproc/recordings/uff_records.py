@@ -30,6 +30,7 @@ GENERAL, TIME_RESPONSE = 0, 1
 _QUANTITIES: Final = {"17": "Time", "18": "Frequency", "19": "Frequency"}
 """Types of an abscissa: time, frequency, and revolutions per minute."""
 
+_ORDERS: Final = {1: "<", 2: ">"}
 _SINGLE, _DOUBLE, _COMPLEX_SINGLE, _COMPLEX_DOUBLE = 2, 4, 5, 6
 _COLUMNS: Final = {
     (_SINGLE, True): (13,), (_DOUBLE, True): (20,),
@@ -213,9 +214,9 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
     Raises
     ------
     UffError
-        If they are no whole number of numbers.
+        If they are no whole number of numbers, or no IEEE floats.
     """
-    order = "<" if integer(there.found.binary[7:13], there.body) == 1 else ">"
+    order = _byte_order(there.found.binary, there.body)
     dtype = np.dtype(order + TYPES[there.kind])
     data = there.content[there.body : there.found.stop]
     width = 2 if there.kind in COMPLEX else 1
@@ -227,6 +228,23 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
     if len(data) % dtype.itemsize and not there.found.cut:
         raise UffError(there.body, "a record holds no whole number of numbers")
     return np.frombuffer(data, dtype, len(data) // dtype.itemsize).astype(np.float64)
+
+
+def _byte_order(binary: bytes, place: int) -> str:
+    """Return the order of bytes that the first line of a binary data set states.
+
+    Raises
+    ------
+    UffError
+        If it states none, or floats of another computer.
+    """
+    stated = integer(binary[7:13], place)
+    others = {b"1": "DEC VMS", b"3": "IBM 5/370"}
+    kind = others.get(binary[13:19].strip())
+    if stated not in _ORDERS or kind is not None:
+        what = f"floats of {kind}" if kind else f"byte order {stated}"
+        raise UffError(place, f"{what}: only IEEE floats, little (1) or big (2) end first")
+    return _ORDERS[stated]
 
 
 def _text_values(there: _Numbers) -> FloatArray:
