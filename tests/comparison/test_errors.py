@@ -103,7 +103,7 @@ def test_a_fit_finds_the_numbers_within_their_intervals(linear, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n_noises", [8, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("n_noises", [4, pytest.param(40, marks=pytest.mark.long)])
 def test_intervals_of_a_fit_cover_the_truth_about_as_often_as_they_say(tmp_path, n_noises):
     """Noises on one motion; 95 % of twice as many intervals, within three deviations."""
     made = campaign(drives=(drive(),), seconds=2.0, noise=0.02)

@@ -117,6 +117,7 @@ def finds_the_gap(example):
 
 
 @pytest.mark.slow
+@pytest.mark.long  # the demo finds it in make test, too
 def test_the_hidden_gap_is_found(example, monkeypatch):
     """Of two effects; of all of them below, of five on the pages of the manual."""
     seek_few(monkeypatch, {"gap", "cubic_stiffness"})

@@ -87,7 +87,7 @@ def refused(tmp_path, marked):
         ("shown: §off", 'shown: expected true or false, got "off"; did you mean false?'),
         ("shown: §1", "shown: expected true or false, got 1"),
         ("between: §base", 'between: expected a list, got "base"'),
-        ("between: §[base]", 'between: expected the key "1", which is missing'),
+        ("between: §[base]", "between: expected 2 values at least, got 1"),
         ("between: [base, §5]", "between.2: expected text, got 5; put it in quotes"),
         ("names: §[a]", "names: expected a mapping (key: value), got a list"),
         ("names: {a: §[1]}", "names.a: expected text or a number, got a list"),

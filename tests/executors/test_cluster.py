@@ -175,6 +175,7 @@ def test_recordings_are_fetched_through_fsspec(tmp_path, cluster):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_study_gives_the_same_table(tmp_path, cluster):
     study = ROOT / "configs" / "studies" / "temperature.yaml"
     for name, more in (("alone", ()), ("cluster", ("--scheduler", cluster.address))):

@@ -96,7 +96,8 @@ def _advice(errors: Sequence[ErrorDetails]) -> str:
 
 def _missing(error: ErrorDetails) -> str:
     if isinstance(error["loc"][-1], int):  # of values in a row
-        return f"expected more than {error['loc'][-1]} values, got {quoted(error['input'])}"
+        there = int(error["loc"][-1])
+        return f"expected {there + 1} values at least, got {there}"
     return f'expected the key "{error["loc"][-1]}", which is missing'
 
 

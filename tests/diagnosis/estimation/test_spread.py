@@ -124,6 +124,7 @@ def test_a_force_that_jumps_makes_the_bound_no_narrower_than_the_slopes_say():
     assert np.all(apart < 3.0 * widened[x.size - 3 : x.size])
 
 
+@pytest.mark.long
 def test_plain_squares_lead_to_what_only_a_few_blocks_exercise():
     """Sliders that all slip in the loud test alone tell how their stiffness is spread."""
     numbers = {"stiffness": 3e4, "slip_displacement": 2.5e-4, "chi": 1.3}
