@@ -39,5 +39,5 @@ def test_the_loose_foot_is_named_and_compare_prints_the_error_that_was_promised(
     command("compare", "new.yaml", "testlog.yaml", "--json", "compared.json")
     after = json.loads((tmp_path / "compared.json").read_text("utf-8"))
     promised = told["errors"]["held_out"]["after"]
-    assert after["held_out"]["error"] == pytest.approx(promised, rel=0.02)
+    assert after["errors"]["held_out"]["error"] == pytest.approx(promised, rel=0.02)
     assert promised < 0.01 < told["errors"]["held_out"]["before"]
