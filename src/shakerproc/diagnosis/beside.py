@@ -12,7 +12,7 @@ from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.further_ahead import falls_short
+from shakerproc.diagnosis.further_ahead import carried_on, falls_short
 from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.left_behind import best_of_each
@@ -170,12 +170,11 @@ def _leaves_more(found: Found) -> bool:
 
 def _predicted(found: Found, campaign: Campaign) -> list[Form]:
     """Return the longer forms up to the last one that noise lets predict, else the form."""
-    here, forms = found.best.fit, list[Form]()
-    for form in found.form.beyond:
-        there = carried(campaign.data, here, [form])
+    forms = list[Form]()
+    for form, there in carried_on(campaign.data, found.best.fit, found.form):
         if there is None or parted(campaign.data, there, form.held_out) > PARTED:
             break
-        here, forms = there, [*forms, form.knowing(campaign.data, there)]
+        forms.append(form.knowing(campaign.data, there))
     return forms or [found.form]
 
 

@@ -17,7 +17,7 @@ from shakerproc.diagnosis.selection.scores import Score
 _THERE: WeakKeyDictionary[Fit, dict[Form, Fit | None]] = WeakKeyDictionary()
 
 
-def _further(data: DataSet, found: Fit, form: Form) -> Iterator[tuple[Form, Fit | None]]:
+def carried_on(data: DataSet, found: Fit, form: Form) -> Iterator[tuple[Form, Fit | None]]:
     """Yield the longer forms, and a fit carried over from one to the next; each once."""
     here: Fit | None = found
     for beyond in form.beyond:
@@ -34,7 +34,7 @@ def falls_short(found: Found, score: Score) -> bool:
 
     By what sensors can tell: a motion that parts quickly multiplies what is left of it.
     """
-    for beyond, there in _further(found.data, score.fit, found.form):
+    for beyond, there in carried_on(found.data, score.fit, found.form):
         if there is None:
             return True
         left = error_of(found.data, there, beyond.held_out)
@@ -55,7 +55,7 @@ def ahead(data: DataSet, found: Fit, form: Form) -> Fit:
     """
     if not form.beyond or not is_held(data.model):
         return found
-    fits = [found, *(one for _, one in _further(data, found, form) if one is not None)]
+    fits = [found, *(one for _, one in carried_on(data, found, form) if one is not None)]
     driven = data.model.excitation.role is not None
     whole = whole_tests(data, held_out=True) if driven else form.beyond[-1].held_out
     return min(fits, key=lambda one: error_of(data.plain, one, whole))
