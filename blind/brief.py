@@ -31,13 +31,15 @@ from blind.structures import Joint, Structure, nominal_of, scale_of
 from blind.truth import Motion, Truth, move
 
 SUBSTEPS = 16
-ATTEMPTS = 60
+ATTEMPTS = 400
 GROWTH_LIMIT = 100.0
 """A motion beyond so many linear ones has run away [-]."""
 LIVES = 0.1
 """Share of the largest motion, or of that without the effect, that is motion yet [-]."""
 CROSSINGS = 8
 """Turns of a decay before it rests, at least."""
+OFFSET = 0.1
+"""Largest offset of a displacement over its rms [-]."""
 RACK_HZ = 4.0
 """Frequency that stands for that of a mass without a spring, where ranges need one."""
 
@@ -224,7 +226,7 @@ def _recorded(
         size = rms(seen)
         noisy = seen + share * size * rng.standard_normal(seen.shape)
         if "displacement" in structure.measures:
-            noisy += size * rng.uniform(-0.1, 0.1)
+            noisy += OFFSET * size * rng.uniform(-1.0, 1.0)
         if coarse:
             step = size * rng.uniform(1.0, 3.0) * share
             noisy = np.round(noisy / step) * step
