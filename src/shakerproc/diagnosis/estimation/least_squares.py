@@ -19,7 +19,7 @@ from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.of_tests import offsets_in, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.spread import Spread
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
@@ -145,7 +145,7 @@ def fit(
     rounds: int,
     channels: Channels | None = None,
     starts: FloatArray | None = None,
-    step: float | FloatArray = 0.0,
+    step: float | FloatArray = STEP,
 ) -> Fit | None:
     """Return a hypothesis fitted to windows from where x is; None where it runs away.
 
@@ -166,8 +166,7 @@ def fit(
     starts : array, optional
         Starts of windows to begin with; the measured ones.
     step : float or (n_x,) array
-        Change of the coordinates for slopes at first, at least that of the linearisation;
-        later as far as the search moves [-].
+        Change of the coordinates for slopes at first; later as far as the search moves [-].
     """
     linearisation = Linearisation(data, hypothesis, windows)
     begun = _begun(linearisation, x, channels or perfect(data), starts)
@@ -186,7 +185,7 @@ def fit_plainly(found: Fit, *, rounds: int) -> Fit | None:
     """
     linearisation = Linearisation(found.data, found.hypothesis, found.windows, plain=True)
     begun = _begun(linearisation, found.x, found.channels, found.starts)
-    return None if begun is None else _sought(linearisation, begun, rounds, 0.0)
+    return None if begun is None else _sought(linearisation, begun, rounds, STEP)
 
 
 def _sought(
@@ -200,8 +199,7 @@ def _sought(
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False
-    least = linearisation.step
-    steps = np.maximum(np.broadcast_to(step, here.x.shape), least)
+    steps = np.broadcast_to(step, here.x.shape)
     for _ in range(rounds):
         slopes = linearisation.linearise(here, (residual, predicted, cost), steps=steps)
         there = better(NormalEquations(linearisation, here, slopes), cost, damping)
@@ -215,10 +213,10 @@ def _sought(
             linearisation.correlation = correlation_of(residual)
             cost = linearisation.cost(residual, here)
         settled = fallen < SETTLED
-        converged = settled and bool(np.all(steps <= least))
+        converged = settled and bool(np.all(steps <= STEP))
         if converged:
             break
-        steps = np.full(change.size, least) if settled else np.clip(change, least, steps)
+        steps = np.full(change.size, STEP) if settled else np.clip(change, STEP, steps)
     count = sum(r.size for r in residual)
     chi_square = sum(float(np.sum(r**2)) for r in residual) / count
     if chi_square > RUNAWAY**2:
