@@ -17,10 +17,11 @@ from shakerproc.recordings.health import (
     unusable,
     within,
 )
-from shakerproc.recordings.health_checks import FAULTS, Flag
-from shakerproc.recordings.opening import READERS, contents, open_recording
+from shakerproc.recordings.health.base import FAULTS, Flag
+from shakerproc.recordings.opening import contents, open_recording
+from shakerproc.recordings.raw import Sampling
+from shakerproc.recordings.readers import READERS
 from shakerproc.recordings.si import UNKNOWN
-from shakerproc.recordings.time_axis import Sampling
 
 if TYPE_CHECKING:
     from shakerproc.recordings.writers import (

@@ -13,10 +13,9 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.rates import RATE_NAME, STEP_NAME
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.headers import RATE_NAME, STEP_NAME
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.time_axis import SILENT, TimeAxis
 from shakerproc.recordings.time_base import SLOWEST
 from shakerproc.recordings.times import FEWEST, axis_of_column, is_time, like_time, steps_of
 

@@ -26,8 +26,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import ArrayLike, LinesSource, Row
 from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
 LARGEST: Final = 1 << 28

@@ -10,11 +10,9 @@ import numpy as np
 
 from shakerproc.data import ArraySource, FloatArray, SampleSource
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.headers import Heading, headings
-from shakerproc.recordings.rates import RATE_NAME
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.headers import RATE_NAME, Heading, headings
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis, Times
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.time_axis import TimeAxis, Times
 from shakerproc.recordings.times import axis_of_column, like_time, time_columns
 
 NO_NUMBERS: Final = "it holds no numbers"

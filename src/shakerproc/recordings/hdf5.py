@@ -25,19 +25,22 @@ import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LinesSource, Row, file_of_arrays
-from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.hdf5_variables import (
+from shakerproc.recordings.guard import check_survived, foreign, shown
+from shakerproc.recordings.headers import RATE_WORD, STEP_WORD
+from shakerproc.recordings.raw import RawFile, RawGroup
+from shakerproc.recordings.times import SECONDS, is_time
+from shakerproc.recordings.variables import (
     DEEPEST,
+    LABEL,
+    UNIT,
+    VALUES,
     Stored,
+    Variables,
     check_kind,
     check_variable,
     is_readable,
+    keep_distinct,
 )
-from shakerproc.recordings.rates import RATE_WORD, STEP_WORD
-from shakerproc.recordings.raw import RawFile, RawGroup
-from shakerproc.recordings.structures import LABEL, UNIT, VALUES, Variables, keep_distinct
-from shakerproc.recordings.times import SECONDS, is_time
-from shakerproc.recordings.trial import check_survived
 
 _NETCDF_3: Final = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"

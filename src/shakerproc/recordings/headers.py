@@ -1,8 +1,4 @@
-"""What the headers of a table say: names and units, and where a letter may be no unit.
-
-A letter at the end of a name, or alone in brackets, is a unit, a direction or a position; the
-quantity that the name says and the other headers of the file tell which, or nothing does.
-"""
+"""Names, units and rates in the headers of a file, and where a letter may be no unit."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -14,6 +10,25 @@ from shakerproc import units
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.si import parse_unit, split_header
 from shakerproc.recordings.times import SECONDS
+
+RATE_NAME: Final = re.compile(
+    r"(?:.*_)?(?:fs|sr|f_?sample|samp(?:le|ling)_?(?:rate|freq(?:uency)?)|(?:scan|data)_?rate)"
+    r"(?:_hz)?",
+    re.IGNORECASE,
+)
+STEP_NAME: Final = re.compile(
+    r"(?:.*_)?(?:dt|delta_?[tx]|t_?s|ts_?s|increment|time_?step)", re.I
+)
+
+RATE_WORD: Final = re.compile(
+    r"(?:data_?|scan_?|acquisition_?)?rate|samples?_?(?:per_?|/)s(?:ec(?:ond)?)?|sps|abtastrate|"
+    r"sampl(?:e|ing)_?rate|sampl(?:e|ing)_?freq(?:uency)?",
+    re.IGNORECASE,
+)
+STEP_WORD: Final = re.compile(
+    r"(?:sampl(?:e|ing)_?)?(?:interval|period|step)|sampl(?:e|ing)_?time", re.IGNORECASE
+)
+"""How a line of text or an attribute calls them, which is about a recording and no variable."""
 
 _QUANTITY_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "N": ("force", "kraft", "load", "thrust", "hammer", "impact", "fuerza", "forza"),

@@ -15,7 +15,7 @@ from typing import Final, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.time_axis import TimeAxis, half_digit
+from shakerproc.recordings.raw import TimeAxis, half_digit
 from shakerproc.recordings.times import is_time
 
 _END: Final = "***End_of_Header***"

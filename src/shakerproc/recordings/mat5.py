@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.recordings.structures import MatlabObject
+from shakerproc.recordings.variables import MatlabObject
 
 HEAD: Final = 128
 DEEPEST: Final = 6

@@ -9,10 +9,17 @@ from typing import Any, Final
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, foreign
-from shakerproc.recordings.hdf5_variables import DEEPEST, Stored, check_variable, is_readable
 from shakerproc.recordings.mat5 import MOST_ELEMENTS, Mat5Error, Value, read_variables
 from shakerproc.recordings.raw import RawFile
-from shakerproc.recordings.structures import MatlabObject, Tree, flattened
+from shakerproc.recordings.variables import (
+    DEEPEST,
+    MatlabObject,
+    Stored,
+    Tree,
+    check_variable,
+    flattened,
+    is_readable,
+)
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 _OBJECT: Final = 3

@@ -14,13 +14,11 @@ from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
 from shakerproc.recordings.columns import Columns, file_of_columns
-from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.guard import check_survived, foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
-from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.raw import RawFile, TimeAxis
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.time_axis import TimeAxis
 from shakerproc.recordings.times import SECONDS, is_time, time_columns
-from shakerproc.recordings.trial import check_survived
 
 RATE_KEY: Final = b"sample_rate_hz"
 LARGEST: Final = 1 << 40

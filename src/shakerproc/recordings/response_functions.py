@@ -35,9 +35,9 @@ SAME_LINE: Final = 0.01
 their step to six digits."""
 
 READERS: Final[Mapping[str, str]] = MappingProxyType({
-    ".uff": "uff_functions:read_uff_functions",
-    ".unv": "uff_functions:read_uff_functions",
-    ".uf58": "uff_functions:read_uff_functions",
+    ".uff": "uff:read_uff_functions",
+    ".unv": "uff:read_uff_functions",
+    ".uf58": "uff:read_uff_functions",
     ".csv": "function_tables:read_csv_functions",
     ".mat": "function_tables:read_mat_functions",
 })

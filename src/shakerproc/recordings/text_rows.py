@@ -15,7 +15,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.text_format import LARGEST, TextFormat, split
-from shakerproc.recordings.text_meta import is_comment
+from shakerproc.recordings.text_headers import is_comment
 
 BLOCK: Final = 1 << 22
 """Bytes that are read at a time."""

@@ -12,7 +12,7 @@ from typing import Final, final
 
 from shakerproc.numerals import numeral
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.time_axis import (
+from shakerproc.recordings.raw import (
     AS_STATED,
     SILENT,
     UNKNOWN,
@@ -23,6 +23,9 @@ from shakerproc.recordings.time_axis import (
     Times,
 )
 from shakerproc.recordings.times import SECONDS, steps_of, strays, ticks_of, unit_in_name
+
+LATE: Final = 1e-3
+"""Gap between segments that is none [s]: programs write times of day to the millisecond."""
 
 CONTRADICTION: Final = 1e-3
 """How far two statements of a rate may part before they contradict each other, relative."""
@@ -65,6 +68,21 @@ _DAYS: Final[tuple[tuple[float, float, datetime], ...]] = (
     (36_526.0, 60_632.0, datetime(1899, 12, 30, tzinfo=UTC)),
 )
 """Days of a spreadsheet that are such a date."""
+
+
+def follows(elapsed: float, duration: float, step: float) -> bool:
+    """Return whether samples go on where those before end.
+
+    Parameters
+    ----------
+    elapsed : float
+        From the first sample of those before to the first of these [s].
+    duration : float
+        Of the samples before [s].
+    step : float
+        Time between samples [s]; 0 where it is not said.
+    """
+    return step > 0.0 and abs(elapsed - duration) <= max(step, LATE) + CLOCKS * duration
 
 
 @final

@@ -11,8 +11,8 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.raw import TimeAxis, Times
 from shakerproc.recordings.si import parse_unit, split_header
-from shakerproc.recordings.time_axis import TimeAxis, Times
 
 _UNIT_IN_NAME: Final = (
     r"s|secs?|seconds?|ms|msecs?|millis|milliseconds?|us|\u00b5s|usecs?|micros|microseconds?|ns|"

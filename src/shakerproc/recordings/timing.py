@@ -12,9 +12,8 @@ from shakerproc.errors import RecordingError
 from shakerproc.numerals import numeral
 from shakerproc.recordings.choosing import Chosen
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Sampling, TimeAxis
 from shakerproc.recordings.resampling import Line
-from shakerproc.recordings.time_axis import Sampling, TimeAxis
 from shakerproc.recordings.time_base import SAME_AS_LOG, SAME_RATE, time_base
 from shakerproc.recordings.times import SKEW
 

@@ -27,8 +27,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LinesSource, Row
 from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 
 _ORDERS: Final = {b"RIFF": "<", b"RF64": "<", b"BW64": "<", b"RIFX": ">"}
 _LATER: Final = 0xFFFFFFFF

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from shakerproc.recordings.time_axis import Sampling
+from shakerproc.recordings.raw import Sampling
 from shakerproc.workflows.draft_channels import (
     controls_of_seen,
     crop_of,

@@ -7,7 +7,7 @@ from typing import Final
 
 from shakerproc import files
 from shakerproc.errors import LogError
-from shakerproc.recordings.time_axis import Sampling
+from shakerproc.recordings.raw import Sampling
 from shakerproc.workflows.draft_channels import (
     FORCE,
     controls_of_seen,

@@ -13,11 +13,10 @@ from typing import Any, Final, TypeVar, final
 
 import numpy as np
 
-from shakerproc.recordings.continuing import follows
 from shakerproc.recordings.si import parse_unit
 from shakerproc.recordings.tdms.layout import Layout
 from shakerproc.recordings.tdms.objects import split_path
-from shakerproc.recordings.time_base import SAME_RATE
+from shakerproc.recordings.time_base import SAME_RATE, follows
 
 MOST: Final = 100
 """Measurements of a group that can be chosen from."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
@@ -21,13 +21,24 @@ from shakerproc.recordings.tdms.metadata import (
     unused_scales,
 )
 from shakerproc.recordings.tdms.objects import Listed, split_path
-from shakerproc.recordings.tdms.said import is_tracked
-from shakerproc.recordings.tdms.source import Clock, ServedChannel, TdmsSource, clocks
+from shakerproc.recordings.tdms.source import (
+    Clock,
+    ServedChannel,
+    StampScaling,
+    TdmsSource,
+    clocks,
+    with_times,
+)
 from shakerproc.recordings.tdms.structure import Extent, Structure, present
-from shakerproc.recordings.tdms.times import StampScaling, with_times
-from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
+from shakerproc.recordings.tdms.types import (
+    DAQMX,
+    NUMBERS,
+    STRING,
+    TIMESTAMP,
+    StructureError,
+    is_tracked,
+)
 from shakerproc.recordings.tdms.walk import walk
-from shakerproc.recordings.time_axis import SILENT, TimeAxis
 from shakerproc.recordings.time_base import time_base
 
 _REDUCED: Final = re.compile(r" - Decimated Data_Level\d+\Z")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from shakerproc import files
 from shakerproc.data import FloatArray, Recording
 from shakerproc.geometry.writing import MARK, text_line
-from shakerproc.recordings.writers.shown_units import BLOCK, file_unit
+from shakerproc.recordings.writers.by_libraries import BLOCK, file_unit
 
 QUANTITIES: Final = {"m/m": 3, "m": 8, "m/s": 11, "m/s^2": 12, "N": 13, "Pa": 15}
 """What the format calls the kinds of data, by their SI unit; 0 is unknown, 1 general."""

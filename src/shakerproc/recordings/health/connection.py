@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
-from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, control_rows
-from shakerproc.recordings.health_checks.gaps import Gaps
-from shakerproc.recordings.health_checks.pieces import Pieces
+from shakerproc.recordings.health.base import AbstractHealthCheck, Flag, Pieces, control_rows
+from shakerproc.recordings.health.gaps import Gaps
 
 SIGNIFICANCE: Final = 1e-4
 """Probability that chance alone makes an open channel look connected, at each length [-]."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
-from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, resolution
+from shakerproc.recordings.health.base import AbstractHealthCheck, Flag, resolution
 
 SHORTEST: Final = 16
 """Equal samples in a row that are looked at."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
-from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag, rms
+from shakerproc.recordings.health.base import AbstractHealthCheck, Flag, rms
 
 WINDOW: Final = 32
 """Samples that must be equal to the last bit for a place to be known again."""

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
-from shakerproc.recordings.health_checks.base import (
+from shakerproc.recordings.health.base import (
     AbstractHealthCheck,
     Flag,
+    Pieces,
     control_rows,
     listed,
 )
-from shakerproc.recordings.health_checks.pieces import Pieces
 
 LOOK: Final = 2.0
 """Length of the pieces that are transformed [s]; one is taken from a block."""

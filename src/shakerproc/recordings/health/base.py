@@ -1,8 +1,8 @@
-"""What a health check is: it sees every block once and says at the end what was wrong."""
+"""What a health check is, and the pieces of a recording that it looks at."""
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, final
@@ -117,3 +117,43 @@ def resolution(samples: FloatArray) -> float:
 def listed(names: Sequence[str]) -> str:
     """Return names as a sentence has them."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+@final
+class Pieces:
+    """Pieces of one length.
+
+    Parameters
+    ----------
+    starts : sequence of int
+        First sample of each, rising.
+    size : int
+        Samples of a piece.
+    """
+
+    def __init__(self, starts: Sequence[int], size: int) -> None:
+        self.starts, self.size = starts, size
+        self._next, self._base = 0, 0
+        self._rest: FloatArray = np.empty((0, 0))
+
+    def of(self, first: int, block: FloatArray) -> Iterator[FloatArray]:
+        """Yield every piece that a block completes, (n_channels, size); they may be views.
+
+        `block` begins at sample `first`, where the block before it ended [any unit].
+        """
+        end = first + block.shape[1]
+        while self._next < len(self.starts) and self._start + self.size <= end:
+            yield self._from(self._start, first, block[:, : self._start + self.size - first])
+            self._next += 1
+        if self._next < len(self.starts) and self._start < end:
+            self._rest, self._base = self._from(self._start, first, block).copy(), self._start
+
+    @property
+    def _start(self) -> int:
+        return self.starts[self._next]
+
+    def _from(self, start: int, first: int, block: FloatArray) -> FloatArray:
+        """Return what lies from a sample on to the end of a block."""
+        if start >= first:
+            return block[:, start - first :]
+        return np.concatenate([self._rest[:, start - self._base :], block], axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
-from shakerproc.recordings.health_checks.base import AbstractHealthCheck, Flag
+from shakerproc.recordings.health.base import AbstractHealthCheck, Flag
 
 PARTS: Final = 32
 """Equal parts of the recording whose means are compared."""

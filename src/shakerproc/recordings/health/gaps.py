@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.health_checks.base import Flag
+from shakerproc.recordings.health.base import Flag
 
 LARGEST: Final = 1e50
 """In SI; nothing that is measured comes near it, and its fourth power is still a number."""

@@ -1,11 +1,32 @@
 """What may be wrong with a recording, found as its samples pass by."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 from shakerproc.data import Recording
-from shakerproc.recordings.health_checks import HEALTH_CHECKS, Flag
-from shakerproc.recordings.health_checks.gaps import Gaps
+from shakerproc.recordings.health.base import AbstractHealthCheck, Flag
+from shakerproc.recordings.health.clipping import Extremes, ShortTails
+from shakerproc.recordings.health.connection import Connection
+from shakerproc.recordings.health.cross_channel import CrossChannel
+from shakerproc.recordings.health.drift import Drift
+from shakerproc.recordings.health.flatlines import Flatlines
+from shakerproc.recordings.health.gaps import Gaps
+from shakerproc.recordings.health.repeats import Repeats
+from shakerproc.recordings.health.spikes import Spikes, Transients
+
+HEALTH_CHECKS: Mapping[str, Callable[[Recording], AbstractHealthCheck]] = MappingProxyType({
+    "flatlines": Flatlines,
+    "extremes": Extremes,
+    "short_tails": ShortTails,
+    "spikes": Spikes,
+    "transients": Transients,
+    "drift": Drift,
+    "repeats": Repeats,
+    "cross_channel": CrossChannel,
+    "connection": Connection,
+})
+"""What looks at the samples, by what it looks for."""
 
 MOST_LOST: Final = 0.01
 """Share of the samples that a channel may miss and still be used [-].
