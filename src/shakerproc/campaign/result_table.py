@@ -10,7 +10,7 @@ from typing import Any, Final, final
 from shakerproc.errors import TableError
 from shakerproc.late import without_parquet
 from shakerproc.recordings.guard import check_survived
-from shakerproc.runs.former_names import former_note, present_name
+from shakerproc.runs.tables import former_note, present_name
 
 
 @final

@@ -7,7 +7,7 @@ from shakerproc.campaign import trends
 from shakerproc.campaign.batch import CampaignResult
 from shakerproc.cli import output
 from shakerproc.runs import RunSummary
-from shakerproc.runs.calibrations import EXPIRED
+from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.remarks import by_tests
 
 

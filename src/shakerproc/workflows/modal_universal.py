@@ -31,7 +31,7 @@ from shakerproc.recordings.writers.uff import (
     direction_of,
     write_function,
 )
-from shakerproc.runs.places import sense_of
+from shakerproc.runs.roles import sense_of
 
 _RATES = {"m": 0, "m/s": 1, "m/s^2": 2}
 """Derivatives of the displacement that a unit stands for."""

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from shakerproc.report.page.photo import photo_uri
 from shakerproc.report.page.sections import ReportTable, filled
 from shakerproc.report.page.templating import Template, read_template
-from shakerproc.runs.calibrations import EXPIRED
+from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.summary import RunSummary
 from shakerproc.testlog import TestLog
 

@@ -5,7 +5,7 @@ import numpy as np
 from shakerproc.report.figures import style
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Plot
 from shakerproc.report.runs.curves import RunContent, outside, swept_axis
-from shakerproc.runs.control import control_told as told_of_control
+from shakerproc.runs.levels import control_told as told_of_control
 from shakerproc.runs.summary import ControlSummary, RunSummary
 
 

@@ -10,7 +10,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import LEFT
 from shakerproc.report.figures.units import USUAL, read_unit
-from shakerproc.runs.envelope import Envelope, envelope
+from shakerproc.runs.thinning import Envelope, envelope
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,9 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
-from shakerproc.runs.control import BEYOND_ALARM, beside
+from shakerproc.runs.levels import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import CrossSpectra

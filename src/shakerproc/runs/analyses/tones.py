@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import levels
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE
 from shakerproc.runs.result import RunResult, shown_unit
