@@ -6,9 +6,8 @@ import pytest
 
 from shakerproc.errors import LogError
 from shakerproc.report.page.header import HeaderView
-from shakerproc.report.page.page import Report, html
+from shakerproc.report.page.page import Report, html, tried_header
 from shakerproc.report.page.templating import read_template
-from shakerproc.report.page.trial import tried_header
 from shakerproc.testlog import read_testlog
 
 BASE = '{% extends "report.html.j2" %}\n'

@@ -15,7 +15,7 @@ from shakerproc.campaign.lock import locked
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
-from shakerproc.report.page.trial import tried_header
+from shakerproc.report.page.page import tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import (
@@ -101,7 +101,7 @@ class Campaign(Shown):
         ArgumentError
             If there is no such trend, or none at all.
         """
-        from shakerproc.report.trends.figures import trend_figure
+        from shakerproc.report.trends import trend_figure
 
         known = self.trends
         if not known:

@@ -97,7 +97,7 @@ class OpenedRecording(Shown):
 
     def plot(self) -> "Figure":
         """Return every channel against time, as the extremes of each moment."""
-        from shakerproc.report.runs.recording import time_signals
+        from shakerproc.report.runs.drawing import time_signals
 
         with self._opened() as recording:
             return time_signals(recording)

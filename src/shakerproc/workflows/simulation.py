@@ -49,7 +49,7 @@ class Simulation(Shown):
 
     def plot(self) -> "Figure":
         """Return input and outputs against time."""
-        from shakerproc.report.runs.recording import signals
+        from shakerproc.report.runs.drawing import signals
 
         shown = []
         for name, (unit, samples) in self._signals().items():

@@ -9,7 +9,7 @@ from shakerproc import files
 from shakerproc.campaign.arrivals import FileStamp, looked
 from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.recordings.raw import Sampling
-from shakerproc.report.page.trial import tried_header
+from shakerproc.report.page.page import tried_header
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
 from shakerproc.workflows.draft_channels import controls_of_seen, crop_of, entries, own_channels
 from shakerproc.workflows.draft_log import log_text, test_lines

@@ -11,8 +11,7 @@ from shakerproc.campaign.batch import CampaignResult, Progress
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.manifest import read_manifest
 from shakerproc.errors import RecordingError
-from shakerproc.report.page.page import Watched
-from shakerproc.report.page.trial import tried_header
+from shakerproc.report.page.page import Watched, tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.log_runs import run_log

@@ -19,8 +19,7 @@ from shakerproc.report.page.header import HeaderView
 from shakerproc.report.page.page import Report, Watched, write_report
 from shakerproc.report.page.sections import ReportSection
 from shakerproc.report.runs.in_units import trend_in
-from shakerproc.report.trends.earlier import earlier_section
-from shakerproc.report.trends.figures import draw_trends
+from shakerproc.report.trends import draw_trends, earlier_section
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.arguments import text_of

@@ -137,7 +137,7 @@ def batch(
     from shakerproc.campaign.lock import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.run_log import work_through_log
-    from shakerproc.report.page.trial import tried_header
+    from shakerproc.report.page.page import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging

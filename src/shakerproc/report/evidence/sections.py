@@ -14,10 +14,11 @@ from shakerproc.models import EFFECTS
 from shakerproc.models.motion import shown_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence import motion, spectra
-from shakerproc.report.evidence.errors import CandidateError, ladder
-from shakerproc.report.evidence.estimates import (
+from shakerproc.report.evidence.errors import (
+    CandidateError,
     candidate_name,
     interval,
+    ladder,
     parameter_tables,
     shown_value,
 )

@@ -5,7 +5,7 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from shakerproc.report.figures.glyphs import write_legibly
+from shakerproc.report.figures.style import write_legibly
 
 DOTS_PER_INCH: Final = 100
 

@@ -18,7 +18,7 @@ from shakerproc.report.figures.figure import (
     Plot,
     unwrapped,
 )
-from shakerproc.report.figures.glyphs import write_legibly
+from shakerproc.report.figures.style import write_legibly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,7 +19,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import save
 from shakerproc.report.figures.units import read_ratio
-from shakerproc.report.trends.figures import draw_trends
+from shakerproc.report.trends import draw_trends
 from shakerproc.runs.curves import unbroken_phase
 
 if TYPE_CHECKING:

@@ -17,18 +17,67 @@ from shakerproc.campaign.trend_sentences import trend_sentence
 from shakerproc.report.figures import axes, image, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page import templating
-from shakerproc.report.page.header import HeaderView, with_expired
+from shakerproc.report.page.header import HeaderView, header_view, with_expired
 from shakerproc.report.page.methods import Methods, methods_of
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.report.runs import overview
 from shakerproc.report.runs.in_units import run_in, trend_in
 from shakerproc.report.runs.overview import Attention, Cell, Count, TableColumn, resonances
 from shakerproc.report.runs.view import RunView, run_view
-from shakerproc.report.trends.figures import page_figures
-from shakerproc.runs.summary import RunSummary
+from shakerproc.report.trends import page_figures
+from shakerproc.runs.analysis import PanelScale
+from shakerproc.runs.summary import (
+    AnalysisSummary,
+    ChannelSummary,
+    CurveSummary,
+    FlagSummary,
+    LineSummary,
+    PanelSummary,
+    PeakSummary,
+    RunSummary,
+)
+from shakerproc.testlog import TestLog
 
 _SHOWN: Final = 20
 """Tests that are named at most."""
+
+_PEAK: Final = PeakSummary(100.0, 100.0, 10.0, 100.0, 0.02, 0.01, 0.03, 25.0, 1.0, "", 0.99)
+
+_RESPONSE: Final = ChannelSummary(
+    "response",
+    "response",
+    "g",
+    "",
+    0.0,
+    1.0,
+    -3.0,
+    3.0,
+    3.0,
+    3.0,
+    1.0,
+    0.99,
+    (_PEAK,),
+    (_PEAK,),
+)
+
+_SHAPE: Final = ((10.0, 100.0, 200.0), (0.1, 1.0, 0.1))
+
+_ANALYSIS: Final = AnalysisSummary(
+    "example", "Example", ({"channel": "response", "largest_g": 3.0},), ("A sentence.",),
+    (PanelSummary(
+        "Example", "A figure.", PanelScale("frequency [Hz]"), PanelScale("amplitude [g]"),
+        (LineSummary("response", *_SHAPE, "response", "curve"),),
+    ),),
+)  # fmt: skip
+
+EXAMPLE: Final = RunSummary(
+    "1", "done", {"joint": "radial", "level": "1 g"}, "example.tdms", "0" * 64,
+    sample_rate_hz=1000.0, duration_s=10.0, crop_s=(1.0, 9.0), measured_level=1.0,
+    level_unit="g", channels=(_RESPONSE,), flags=(FlagSummary("level", "", "A sentence."),),
+    curves=(CurveSummary("psd", "response", *_SHAPE),), notes=("A sentence.",),
+    analyses=(_ANALYSIS,),
+)  # fmt: skip
+"""A run with something in every place of the page."""
 
 
 @final
@@ -276,3 +325,21 @@ def _provenance(report: Report, methods: Methods) -> list[str]:
         f"Options: {options}" if options else f"Options: {rest}",
         "Every number of this page is in report.json and the tables beside it.",
     ]
+
+
+def tried_header(log: TestLog) -> HeaderView | None:
+    """Return the head of the report of a log, its template tried on an example.
+
+    Raises
+    ------
+    LogError
+        If the photo cannot be read, or the template is none, or fails on the example.
+    """
+    found = header_view(log)
+    if found is not None and found.template is not None:
+        failed = RunSummary("2", "failed", error="A sentence.", detail="A sentence.")
+        table = ReportTable("Example", ("a",), (("1",),))
+        section = ReportSection("Example", "example", ("A sentence.",), (table,))
+        html(Report(log.title, (EXAMPLE, failed), channel="response", header=found,
+                    sections=(section,)))  # fmt: skip
+    return found
