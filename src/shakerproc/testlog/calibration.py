@@ -12,9 +12,9 @@ from typing import Final
 from shakerproc.data import ROLE_UNITS, Calibration, ChannelUse
 from shakerproc.errors import LogError
 from shakerproc.late import without_xlsx
-from shakerproc.testlog.csv_cells import csv_cells
 from shakerproc.testlog.fields import CHANNEL_UNITS
 from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.paths import csv_cells
 from shakerproc.units import fits_sensitivity, near_miss, quoted
 
 MOST_BYTES: Final = 10_000_000

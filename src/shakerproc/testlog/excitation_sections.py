@@ -6,12 +6,16 @@ from typing import Annotated, Any, Final
 from pydantic import BeforeValidator, Field
 
 from shakerproc.documents import Section
-from shakerproc.testlog.excitation import LEVELS, LevelUnit
-from shakerproc.testlog.hammer import Amount
-from shakerproc.testlog.levels import level_of
+from shakerproc.testlog.excitation import (
+    LEVELS,
+    Amount,
+    DemandedTone,
+    LevelUnit,
+    LineGrid,
+    Multisine,
+    level_of,
+)
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.multisine import LineGrid, Multisine
-from shakerproc.testlog.tones import DemandedTone
 from shakerproc.units import in_unit, is_unit_of, quoted, to_si
 
 _NUMBER: Final = "+-0123456789.eE "

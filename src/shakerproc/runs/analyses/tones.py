@@ -15,7 +15,7 @@ from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.runs.tones import frequency_tolerance
 from shakerproc.spectra.tones.mixed import MixedTones
-from shakerproc.testlog.tones import DemandedTone
+from shakerproc.testlog.excitation import DemandedTone
 
 
 @final
