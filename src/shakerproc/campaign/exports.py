@@ -10,7 +10,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc import files
-from shakerproc.campaign.collecting import write_parquet
+from shakerproc.campaign.tables import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.recordings.writers.uff import (
     COHERENCE,

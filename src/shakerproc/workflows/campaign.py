@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Unpack, final
 from shakerproc.campaign import tables
 from shakerproc.campaign.earlier import read_earlier
 from shakerproc.campaign.jobs import Products, relative_recording
-from shakerproc.campaign.lock import locked
+from shakerproc.campaign.result_folder import locked
 from shakerproc.campaign.trend import Trend
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
 from shakerproc.report.page.page import tried_header
 from shakerproc.runs import RunSummary

@@ -23,7 +23,7 @@ from shakerproc.forecasts.notched_profiles import profile_csv, profile_yaml
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
 from shakerproc.workflows.arguments import log_of, switch_of, text_of, whole_of, within_of
-from shakerproc.workflows.given_models import model_of
+from shakerproc.workflows.reading import model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ from shakerproc.workflows.arguments import (
     told,
 )
 from shakerproc.workflows.folders import checked_folder
-from shakerproc.workflows.given_models import GivenModel, model_of
+from shakerproc.workflows.reading import GivenModel, model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:

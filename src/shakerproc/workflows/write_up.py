@@ -8,11 +8,11 @@ from typing import Any
 from shakerproc import __version__, files
 from shakerproc.campaign import trends
 from shakerproc.campaign.batch import CampaignResult
-from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.earlier import Earlier, change_columns, changes
 from shakerproc.campaign.manifest import settle
+from shakerproc.campaign.tables import write_tables
 from shakerproc.campaign.trend import Trend
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import ArgumentError
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.header import HeaderView

@@ -134,7 +134,7 @@ def batch(
     """Process every test of a log: tables, trends, figures and a report; resumable."""
     from shakerproc.campaign.earlier import read_earlier
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.lock import locked
+    from shakerproc.campaign.result_folder import locked
     from shakerproc.cli.batch_output import tell
     from shakerproc.cli.run_log import work_through_log
     from shakerproc.report.page.page import tried_header

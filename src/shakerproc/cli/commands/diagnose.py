@@ -38,7 +38,7 @@ def diagnose(
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import evidence
-    from shakerproc.workflows.diagnose_remote import judged
+    from shakerproc.workflows.diagnosis import judged
     from shakerproc.workflows.machines import LONG, MUCH, Machines
 
     options.check_order(model, testlog)

@@ -165,7 +165,7 @@ def process(
     responses. Channels of other quantities are not used; the output names them.
     """
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.single import folder_name
+    from shakerproc.campaign.result_folder import folder_name
     from shakerproc.workflows.option_values import unit_of
     from shakerproc.workflows.processing_options import described
     from shakerproc.workflows.run import process_file

@@ -98,7 +98,7 @@ def simulate(
     from shakerproc.planning.rehearsal import USUAL_NOISE
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.rehearsal import rehearse_campaign
+    from shakerproc.workflows.simulation import rehearse_campaign
 
     is_log = excitation.suffix.lower() in {".yaml", ".yml"}
     if is_log:
@@ -176,7 +176,7 @@ def _respond(
     from shakerproc.errors import LogError
     from shakerproc.planning import respond, with_usual_roles
     from shakerproc.recordings import open_recording
-    from shakerproc.workflows.rehearsal import write_recording
+    from shakerproc.workflows.simulation import write_recording
 
     target = (path.parent if out is None else out) / f"{path.stem}_simulated.tdms"
     if target.exists() and not overwrite:

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.report.figures import axes, image, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page import templating

@@ -1,4 +1,4 @@
-r"""Modes of a test as a universal file: geometry, shapes and response functions.
+r"""Files of a modal analysis in a folder, of its own or of a batch.
 
 A complex mode stands in a data set 55 with its eigenvalue and modal A, by which the receptance
 [m/N] is
@@ -9,8 +9,10 @@ A complex mode stands in a data set 55 with its eigenvalue and modal A, by which
 with a where a force and a sensor share a place (driving point), else 0.
 """
 
-from collections.abc import Iterator
+import hashlib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from shakerproc.data import ComplexArray
 from shakerproc.geometry import Place, Wireframe, writing
 from shakerproc.geometry.wireframe import numbered_nodes
 from shakerproc.geometry.writing import NodalShape
-from shakerproc.modal.analysis import TestModes
+from shakerproc.modal.analysis import ModalAnalysis, TestModes, file_name
 from shakerproc.modal.geometry import motion_of
 from shakerproc.recordings.writers.uff import (
     FREQUENCY,
@@ -31,7 +33,16 @@ from shakerproc.recordings.writers.uff import (
     direction_of,
     write_function,
 )
+from shakerproc.report.modal.sections import modal_report
+from shakerproc.report.page.page import write_report
 from shakerproc.runs.roles import sense_of
+from shakerproc.workflows.modal_tables import (
+    mode_columns,
+    reciprocity_columns,
+    shape_columns,
+    track_columns,
+    trend_columns,
+)
 
 _RATES = {"m": 0, "m/s": 1, "m/s^2": 2}
 """Derivatives of the displacement that a unit stands for."""
@@ -131,3 +142,39 @@ def _reference(name: str, place: tuple[Place | None, Place | None], number: int)
     """Return the end of an input; that of no one place has no node."""
     where, along = place
     return End(name) if where is None else End(name, number, direction_of(along))
+
+
+def write_modes(
+    folder: Path,
+    analysis: ModalAnalysis,
+    document: dict[str, Any],
+    logs: Sequence[Path],
+    *,
+    command: str,
+    figures: bool,
+) -> None:
+    """Write tables, JSON, figures and the page of a modal analysis."""
+    files.write_csv(folder / "modes.csv", mode_columns(analysis))
+    files.write_csv(folder / "shapes.csv", shape_columns(analysis))
+    files.write_csv(folder / "tracks.csv", track_columns(analysis))
+    points = trend_columns(analysis)
+    if points["mode"]:
+        files.write_csv(folder / "mode_trends.csv", points)
+    if analysis.reciprocals:
+        files.write_csv(folder / "reciprocity.csv", reciprocity_columns(analysis))
+    for one in analysis.tests:
+        if one.modes.poles.size:
+            write_universal(folder / f"{file_name(one.name)}.uff", one, analysis.title)
+    files.write_json(folder / "report.json", document)
+    if figures:
+        from shakerproc.report.modal.figures import draw_modal
+
+        draw_modal(analysis, folder)
+    inputs = [("log", log.name, hashlib.sha256(log.read_bytes()).hexdigest()) for log in logs]
+    inputs += [
+        (f"test {test}", name, sha256)
+        for one in analysis.tests
+        for test, name, sha256 in one.recordings
+    ]
+    page = modal_report(analysis, command, tuple(inputs))
+    write_report(folder / "report.html", page)

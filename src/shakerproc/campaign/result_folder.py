@@ -1,8 +1,13 @@
-"""The folder of one recording's results: of that recording alone, all of one run."""
+"""A folder of results: one batch at a time in it, or one recording's alone."""
 
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
+
+from filelock import FileLock, Timeout
 
 from shakerproc import files
 from shakerproc.campaign.jobs import folder_names
@@ -17,8 +22,34 @@ from shakerproc.campaign.manifest import (
     remove_outputs,
     write_manifest,
 )
-from shakerproc.errors import ShakerprocError
+from shakerproc.errors import LockedError, ShakerprocError
 from shakerproc.testlog import Test
+
+NAME: Final = ".shakerproc.lock"
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold a folder for the block; a lock whose holder was killed is free again.
+
+    Raises
+    ------
+    LockedError
+        If another shakerproc holds it.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / NAME)
+    try:
+        lock.acquire(blocking=False)
+    except Timeout as error:
+        raise LockedError(
+            f"{folder}: another shakerproc works in this folder. Wait until it is done, or "
+            "choose another folder with --out."
+        ) from error
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def folder_name(recording: Path, test: Test) -> str:
