@@ -92,8 +92,8 @@ def test_a_tone_is_taken_out_of_the_responses_only():
     beside = np.argmin(np.abs(result.spectra.frequency - 100.0))
     assert notch.psd[0, near] < 1e-3 * result.psd[2, near]
     assert_allclose(notch.psd[0, beside], result.psd[2, beside], rtol=0.3)
-    assert_allclose(notch.time[-1] - tones.time[0], 0.04, rtol=0.05)
-    assert np.ptp(notch.after[0]) < np.ptp(tones.before[0])
+    assert_allclose(notch.time[-1] - notch.time[0], 0.04, rtol=0.05)
+    assert np.ptp(notch.after[0]) < np.ptp(notch.before[0])
 
 
 def test_one_channel_without_a_control_still_has_a_density():

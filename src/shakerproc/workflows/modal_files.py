@@ -18,9 +18,9 @@ import numpy as np
 
 from shakerproc import files
 from shakerproc.data import ComplexArray
-from shakerproc.geometry import Place, Wireframe, writing
+from shakerproc.geometry import Place, Wireframe, data_sets
+from shakerproc.geometry.data_sets import NodalShape
 from shakerproc.geometry.wireframe import numbered_nodes
-from shakerproc.geometry.writing import NodalShape
 from shakerproc.modal.analysis import ModalAnalysis, TestModes, file_name
 from shakerproc.modal.geometry import motion_of
 from shakerproc.recordings.writers.uff import (
@@ -54,9 +54,9 @@ def write_universal(path: Path, one: TestModes, title: str) -> None:
     numbers, wireframe = numbered_nodes([*one.positions, *forces], one.wireframe)
     drawn = wireframe if any(one.positions) else Wireframe({})
     with files.atomic_path(path) as temporary, temporary.open("wb") as file:
-        text = writing.header(title, f"modes of test {one.name}", "shakerproc")
-        text += writing.geometry(drawn)
-        text += "".join(writing.shape(mode) for mode in shapes_of(one, numbers))
+        text = data_sets.header(title, f"modes of test {one.name}", "shakerproc")
+        text += data_sets.geometry(drawn)
+        text += "".join(data_sets.shape(mode) for mode in shapes_of(one, numbers))
         file.write(text.encode("ascii", errors="replace"))
         for head, row, column in _functions(one, numbers):
             values = one.functions.measured[row, column] if one.functions else np.empty(0)

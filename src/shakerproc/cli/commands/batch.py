@@ -135,8 +135,7 @@ def batch(
     from shakerproc.campaign.earlier import read_earlier
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
-    from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.run_log import work_through_log
+    from shakerproc.cli.batch_output import tell, work_through_log
     from shakerproc.report.page.page import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.machines import Machines

@@ -73,8 +73,7 @@ def _processed(
     """Do what `shakerproc batch` does, with the evidence in the report."""
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
-    from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.run_log import work_through_log
+    from shakerproc.cli.batch_output import tell, work_through_log
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.write_up import TrendWish, write_up

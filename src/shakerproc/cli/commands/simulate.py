@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import faults, options, output
+from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -183,7 +183,7 @@ def _respond(
         raise LogError(f"{target} is there already; give --out FOLDER or --overwrite")
     with open_recording(path, hashed=True) as recording:
         known = with_usual_roles(recording)
-        faults.tell(known, model.excitation.role, 0.0, known.duration)
+        output.tell_faults(known, model.excitation.role, 0.0, known.duration)
         made = respond(model, known, staging)
         digest = recording.sha256()
     write_recording(target, made.recording)

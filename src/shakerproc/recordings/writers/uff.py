@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from shakerproc import files
 from shakerproc.data import FloatArray, Recording
-from shakerproc.geometry.writing import MARK, text_line
+from shakerproc.geometry.data_sets import MARK, text_line
 from shakerproc.recordings.writers.by_libraries import BLOCK, file_unit
 
 QUANTITIES: Final = {"m/m": 3, "m": 8, "m/s": 11, "m/s^2": 12, "N": 13, "Pa": 15}

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakerproc.exchange.joint_stiffness import JointStiffness
-from shakerproc.exchange.tensile import TensileRun
+from shakerproc.exchange.tensile import JointStiffness, TensileRun
 from shakerproc.report.figures import style
 
 if TYPE_CHECKING:
