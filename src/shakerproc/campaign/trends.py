@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
-from shakerproc.campaign.following import followed
-from shakerproc.campaign.trend import Trend, TrendPoint, TrendRequest, TrendValue
+from shakerproc.campaign.trend import Trend, TrendPoint, TrendRequest, TrendValue, followed
 from shakerproc.errors import LogError
 from shakerproc.numerals import numeral
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value

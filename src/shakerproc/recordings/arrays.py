@@ -12,8 +12,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
+from shakerproc.recordings.columns import RATE_NAME, STEP_NAME
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.headers import RATE_NAME, STEP_NAME
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.time_base import SLOWEST

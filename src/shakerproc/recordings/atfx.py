@@ -24,9 +24,8 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import ArrayLike, LinesSource, Row
-from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
+from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
 LARGEST: Final = 1 << 28

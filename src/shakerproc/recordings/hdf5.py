@@ -25,8 +25,8 @@ import numpy as np
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LinesSource, Row, file_of_arrays
+from shakerproc.recordings.columns import RATE_WORD, STEP_WORD
 from shakerproc.recordings.guard import check_survived, foreign, shown
-from shakerproc.recordings.headers import RATE_WORD, STEP_WORD
 from shakerproc.recordings.raw import RawFile, RawGroup
 from shakerproc.recordings.times import SECONDS, is_time
 from shakerproc.recordings.variables import (

@@ -20,9 +20,8 @@ from shakerproc.recordings.columns import length_of
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.lvm_heads import Head, heads_of
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
-from shakerproc.recordings.skipped import refusal, without_bad_rows
 from shakerproc.recordings.text_format import TextFormat, open_text
-from shakerproc.recordings.text_rows import TextTable, read_table
+from shakerproc.recordings.text_rows import TextTable, read_table, refusal, without_bad_rows
 from shakerproc.recordings.time_base import SAME_RATE, follows
 from shakerproc.recordings.times import axis_of_column
 

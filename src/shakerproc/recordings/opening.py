@@ -31,11 +31,11 @@ from shakerproc.recordings.choosing import (
     with_numbers,
 )
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.readers import READERS
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
+from shakerproc.recordings.source_files import Seen, WatchedFile, open_regular
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 

@@ -18,8 +18,8 @@ from shakerproc.errors import RecordingError
 from shakerproc.geometry import Place, Wireframe
 from shakerproc.late import loaded
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.source_files import sha256
 
 Kind: TypeAlias = Literal[
     "response function",

@@ -19,9 +19,15 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis, half_digit
+from shakerproc.recordings.raw import (
+    Frames,
+    RawChannel,
+    RawFile,
+    RawGroup,
+    TimeAxis,
+    half_digit,
+)
 
 _KEY, _RECORD = 32, 128
 """Bytes of a name, and of a name with its value."""

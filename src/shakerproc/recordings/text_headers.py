@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Final
 
+from shakerproc.recordings.columns import RATE_NAME, RATE_WORD, STEP_NAME, STEP_WORD
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.headers import RATE_NAME, RATE_WORD, STEP_NAME, STEP_WORD
 from shakerproc.recordings.raw import TimeAxis, half_digit
 from shakerproc.recordings.si import parse_unit, split_header
 from shakerproc.recordings.times import SECONDS

@@ -25,9 +25,8 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LinesSource, Row
-from shakerproc.recordings.frames import Frames
 from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
+from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 
 _ORDERS: Final = {b"RIFF": "<", b"RF64": "<", b"BW64": "<", b"RIFX": ">"}
 _LATER: Final = 0xFFFFFFFF

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from shakerproc.late import loaded
 from shakerproc.testlog.analyses import ResponseFunction
-from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.excitation import (
     BROADBAND,
     PULSES,
@@ -19,7 +18,7 @@ from shakerproc.testlog.excitation import (
     level_of,
     threshold_of,
 )
-from shakerproc.testlog.header import ChosenUnits, chosen_units
+from shakerproc.testlog.header import ChosenUnits, Shaker, Specimen, chosen_units
 from shakerproc.testlog.log import TestLog, facts_of
 from shakerproc.testlog.one_test import Expectation, Test, check_expectation, nominal_duration
 from shakerproc.testlog.processing import (

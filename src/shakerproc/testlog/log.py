@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import LogError
-from shakerproc.testlog.equipment import Shaker, Specimen
 from shakerproc.testlog.excitation import LevelUnit
-from shakerproc.testlog.header import Header
+from shakerproc.testlog.header import Header, Shaker, Specimen
 from shakerproc.testlog.limits import Limit
 from shakerproc.testlog.one_test import Fact, Test
 from shakerproc.testlog.processing import Modal

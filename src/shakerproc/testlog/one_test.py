@@ -9,7 +9,6 @@ from typing import TypeAlias, final
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.errors import LogError
 from shakerproc.geometry import Wireframe
-from shakerproc.testlog.equipment import Instrument
 from shakerproc.testlog.excitation import (
     DemandedTone,
     Excitation,
@@ -17,6 +16,7 @@ from shakerproc.testlog.excitation import (
     Multisine,
     Profile,
 )
+from shakerproc.testlog.header import Instrument
 from shakerproc.testlog.paths import is_inside
 from shakerproc.testlog.processing import Processing
 from shakerproc.units import is_same_unit, quoted

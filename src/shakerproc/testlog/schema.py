@@ -13,9 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
 from shakerproc.data import Role
 from shakerproc.documents import FromList, Section
-from shakerproc.testlog.equipment import Instrument
 from shakerproc.testlog.excitation import Excitation
-from shakerproc.testlog.excitation_sections import MultisineSection, ToneSection
 from shakerproc.testlog.fields import (
     Decibels,
     Direction,
@@ -30,9 +28,21 @@ from shakerproc.testlog.fields import (
     UnitText,
     Written,
 )
-from shakerproc.testlog.header import Header, checked_photo, checked_template, chosen_units
+from shakerproc.testlog.header import (
+    Header,
+    Instrument,
+    checked_photo,
+    checked_template,
+    chosen_units,
+)
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.processing_sections import BandSection, ProcessingSection, SampleRate
+from shakerproc.testlog.processing_sections import (
+    BandSection,
+    MultisineSection,
+    ProcessingSection,
+    SampleRate,
+    ToneSection,
+)
 from shakerproc.units import in_unit, quoted
 
 MOST_NODE: Final = 999_999_999

@@ -65,7 +65,7 @@ _SENSOR: Final = "{at: coupon, measures: acceleration}"
 
 def measures(name: str, unit: str) -> str:
     """Return the SI unit of a channel: of its unit, else of what its name says it measures."""
-    from shakerproc.recordings.headers import quantity_named
+    from shakerproc.recordings.columns import quantity_named
     from shakerproc.recordings.si import quantity_of
 
     said, stated = quantity_named(name), quantity_of(unit)

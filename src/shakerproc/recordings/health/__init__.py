@@ -5,13 +5,11 @@ from types import MappingProxyType
 from typing import Final
 
 from shakerproc.data import Recording
-from shakerproc.recordings.health.base import AbstractHealthCheck, Flag
+from shakerproc.recordings.health.base import AbstractHealthCheck, Flag, Gaps
 from shakerproc.recordings.health.clipping import Extremes, ShortTails
 from shakerproc.recordings.health.connection import Connection
 from shakerproc.recordings.health.cross_channel import CrossChannel
-from shakerproc.recordings.health.drift import Drift
-from shakerproc.recordings.health.flatlines import Flatlines
-from shakerproc.recordings.health.gaps import Gaps
+from shakerproc.recordings.health.flatlines import Drift, Flatlines
 from shakerproc.recordings.health.repeats import Repeats
 from shakerproc.recordings.health.spikes import Spikes, Transients
 

@@ -16,8 +16,13 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
-from shakerproc.recordings.health.base import AbstractHealthCheck, Flag, Pieces, control_rows
-from shakerproc.recordings.health.gaps import Gaps
+from shakerproc.recordings.health.base import (
+    AbstractHealthCheck,
+    Flag,
+    Gaps,
+    Pieces,
+    control_rows,
+)
 
 SIGNIFICANCE: Final = 1e-4
 """Probability that chance alone makes an open channel look connected, at each length [-]."""

@@ -12,7 +12,6 @@ import numpy as np
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
-from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
 from shakerproc.recordings.tdms.metadata import (
     Properties,
     Scaling,
@@ -29,7 +28,14 @@ from shakerproc.recordings.tdms.source import (
     clocks,
     with_times,
 )
-from shakerproc.recordings.tdms.structure import Extent, Structure, present
+from shakerproc.recordings.tdms.structure import (
+    Extent,
+    Structure,
+    divided,
+    present,
+    start_of,
+    unit_of,
+)
 from shakerproc.recordings.tdms.types import (
     DAQMX,
     NUMBERS,

@@ -22,8 +22,8 @@ from shakerproc.report.evidence.errors import (
     parameter_tables,
     shown_value,
 )
-from shakerproc.report.evidence.laws import free_law, laws
 from shakerproc.report.evidence.models import Models, level_of, loudest
+from shakerproc.report.evidence.motion import free_law, laws
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.runs.remarks import by_tests
 
