@@ -12,15 +12,17 @@ import subprocess
 import sys
 import threading
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import IO, Final, cast, final
+from typing import IO, BinaryIO, Final, TypeVar, cast, final
 
 import numpy as np
 
 from shakerproc.errors import RecordingError, ShakerprocError
+
+T = TypeVar("T")
 
 AGAIN = "Copy or export the file again from the measuring computer."
 
@@ -52,6 +54,36 @@ def shown(text: object, limit: int = 80) -> str:
     if len(plain) > limit:
         plain = plain[: limit - 3] + "..."
     return repr(plain)
+
+
+def opened(path: Path, run: str) -> BinaryIO:
+    """Return a file, opened to read its bytes.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be opened.
+    """
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+
+
+def kept_open(path: Path, run: str, read: Callable[[BinaryIO], T]) -> T:
+    """Return what is read of a file that stays open; it is closed where reading fails.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be opened.
+    """
+    file = opened(path, run)
+    try:
+        return read(file)
+    except BaseException:
+        file.close()
+        raise
 
 
 @contextmanager

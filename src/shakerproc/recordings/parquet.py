@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +15,7 @@ from shakerproc.late import without_parquet
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import check_survived, foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
-from shakerproc.recordings.raw import RawFile, TimeAxis
+from shakerproc.recordings.raw import RawFile, TimeAxis, TimesInFile
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.times import SECONDS, is_time, time_columns
 
@@ -143,7 +142,7 @@ def file_of_table(file: Any, run: str) -> RawFile:
         Columns(headers, head),
         start_time=next((_date(kind, zeros[n]) for n, kind in stamped.items()), None),
         axes=_said(schema.metadata or {}),
-        times={row: TimesColumn(source, row, n_rows) for row in axes},
+        times={row: TimesInFile(source, row, n_rows) for row in axes},
         lengths=[n_rows] * len(names),
         source=source,
         notes=notes,
@@ -189,21 +188,6 @@ def _said(metadata: "dict[bytes, bytes]") -> tuple[TimeAxis, ...]:
     except ValueError:
         rate = math.nan
     return (TimeAxis(RATE_KEY.decode(), rate=rate),)
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class TimesColumn:
-    """A column of times, read a piece at a time."""
-
-    source: "ParquetSource"
-    row: int
-    size: int
-
-    def __getitem__(self, key: slice) -> FloatArray:
-        first, last, _ = key.indices(self.size)
-        read: FloatArray = self.source.read([self.row], first, max(first, last))[0]
-        return read
 
 
 @final

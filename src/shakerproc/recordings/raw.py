@@ -37,6 +37,21 @@ class Times(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
+class TimesInFile:
+    """Times that a row of a file holds, read a piece at a time."""
+
+    source: SampleSource
+    row: int
+    size: int
+
+    def __getitem__(self, key: slice) -> FloatArray:
+        first, last, _ = key.indices(self.size)
+        read: FloatArray = self.source.read([self.row], first, max(first, last))[0]
+        return read
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
 class TimeAxis:
     """The abscissa of a channel as one place of a file states it: nothing converted or judged.
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
 from shakerproc.recordings.raw import (
     Frames,
     RawChannel,
@@ -46,15 +46,7 @@ def read_rpc3(path: Path, run: str) -> RawFile:
     RecordingError
         If it is none, or its header is not whole.
     """
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    try:
-        return _read(file, run)
-    except BaseException:
-        file.close()
-        raise
+    return kept_open(path, run, lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:

@@ -60,15 +60,9 @@ def read_uff(path: Path, run: str) -> RawFile:
     RecordingError
         If it holds none, or a record is not as long as it says.
     """
-    try:
-        if path.stat().st_size > LARGEST:
-            raise RecordingError(
-                f"{run}: more than {LARGEST >> 20} MB are too many to hold in memory. "
-                "Export the recording as TDMS instead."
-            )
-        content = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    content = _content(
+        path, run, " are too many to hold in memory. Export the recording as TDMS instead."
+    )
     try:
         found = list(data_sets(content))
         every = [record_of(content, one) for one in found if one.kind == KIND]
@@ -109,6 +103,22 @@ def read_uff(path: Path, run: str) -> RawFile:
     if others:
         notes.append(f"Left out, no time records: {others}.")
     return RawFile((RawGroup("", channels),), ArraySource(values), tuple(notes))
+
+
+def _content(path: Path, run: str, advice: str) -> bytes:
+    """Return the bytes of a file that fits into memory, and else `advice`.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be opened, or is larger than `LARGEST`.
+    """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise RecordingError(f"{run}: more than {LARGEST >> 20} MB{advice}")
+        return path.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
 
 
 def _told(records: Sequence[Record], found: Sequence[DataSet]) -> str:
@@ -187,14 +197,7 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
     RecordingError
         If a record is not as long as it says, or is over no frequencies.
     """
-    try:
-        if path.stat().st_size > LARGEST:
-            raise RecordingError(
-                f"{run}: more than {LARGEST >> 20} MB. Export fewer functions."
-            )
-        content = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    content = _content(path, run, ". Export fewer functions.")
     try:
         found = list(data_sets(content))
         records = [record_of(content, one, spectra=True) for one in found if one.kind == KIND]

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LinesSource, Row
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
 from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 
 _ORDERS: Final = {b"RIFF": "<", b"RF64": "<", b"BW64": "<", b"RIFX": ">"}
@@ -91,16 +91,8 @@ def read_wav(path: Path, run: str) -> RawFile:
     RecordingError
         If it is none, its samples are packed, or it is not what its chunks say.
     """
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    try:
-        with foreign(run, "reading the chunks"):
-            return _read(file, run)
-    except BaseException:
-        file.close()
-        raise
+    with foreign(run, "reading the chunks"):
+        return kept_open(path, run, lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:

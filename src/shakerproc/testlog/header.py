@@ -185,15 +185,7 @@ def checked_photo(path: Path) -> Path:
     ValueError
         If it is not.
     """
-    if not path.is_file():
-        raise ValueError(f"no file {path}; put the photo there, or take the key out")
-    size = path.stat().st_size
-    if size > MOST_BYTES:
-        raise ValueError(
-            f"expected a photo of at most {MOST_BYTES / 1e6:g} MB, {path.name} has "
-            f"{size / 1e6:.1f} MB; save it smaller"
-        )
-    return path
+    return _checked(path, "photo", MOST_BYTES, "; save it smaller")
 
 
 def checked_template(path: Path) -> Path:
@@ -204,12 +196,23 @@ def checked_template(path: Path) -> Path:
     ValueError
         If it is not.
     """
+    return _checked(path, "template", MOST_OF_TEMPLATE, "")
+
+
+def _checked(path: Path, what: str, most: int, advice: str) -> Path:
+    """Return the path of a file that is there and has at most so many bytes.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
     if not path.is_file():
-        raise ValueError(f"no file {path}; put the template there, or take the key out")
+        raise ValueError(f"no file {path}; put the {what} there, or take the key out")
     size = path.stat().st_size
-    if size > MOST_OF_TEMPLATE:
+    if size > most:
         raise ValueError(
-            f"expected a template of at most {MOST_OF_TEMPLATE / 1e6:g} MB, {path.name} has "
-            f"{size / 1e6:.1f} MB"
+            f"expected a {what} of at most {most / 1e6:g} MB, {path.name} has "
+            f"{size / 1e6:.1f} MB{advice}"
         )
     return path

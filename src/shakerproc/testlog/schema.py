@@ -27,6 +27,7 @@ from shakerproc.testlog.fields import (
     Text,
     UnitText,
     Written,
+    one_line,
 )
 from shakerproc.testlog.header import (
     Header,
@@ -60,12 +61,6 @@ def _as_list(written: object) -> object:
     return written.split(",") if isinstance(written, str) else written
 
 
-def _one_line(text: str) -> str:
-    if not text.strip() or not text.isprintable() or len(text) > 200:
-        raise ValueError(f"expected one line of text, got {quoted(text)}")
-    return text.strip()
-
-
 def _day(text: str) -> str:
     for form in ("%Y-%m-%d", "%d.%m.%Y"):
         try:
@@ -75,7 +70,7 @@ def _day(text: str) -> str:
     raise ValueError(f"expected a day such as 2026-03-31, got {quoted(text)}")
 
 
-Line: TypeAlias = Annotated[str, BeforeValidator(_as_text), AfterValidator(_one_line)]
+Line: TypeAlias = Annotated[str, BeforeValidator(_as_text), AfterValidator(one_line)]
 Day: TypeAlias = Annotated[str, BeforeValidator(_as_text), AfterValidator(_day)]
 
 

@@ -22,7 +22,7 @@ from shakerproc.testlog import TestLog
 from shakerproc.workflows.arguments import log_of, whole_of
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.reading import model_of
-from shakerproc.workflows.shown import Shown, frame_of_rows, html
+from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -139,13 +139,7 @@ class Diagnosis(Shown):
     @property
     def errors(self) -> "DataFrame":
         """The free-run errors before and after, and the noise floor [-]."""
-        errors = self.found.errors
-        rows = [
-            ("before", errors.fitted.before, errors.held_out.before),
-            ("after", errors.fitted.after, errors.held_out.after),
-            ("noise floor", None, errors.noise_floor),
-        ]
-        return frame_of_rows(("error", "fitted", "held_out"), rows)
+        return frame_of_errors(self.found.errors)
 
     def to_pandas(self) -> "DataFrame":
         """Return every hypothesis that was tried, best first, with its errors [-]."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import RawChannel, RawGroup, TimeAxis
+from shakerproc.recordings.raw import RawChannel, RawGroup, TimeAxis, TimesInFile
 from shakerproc.recordings.tdms.layout import Place
 from shakerproc.recordings.tdms.metadata import Scaling
 from shakerproc.recordings.tdms.structure import Extent
@@ -58,21 +58,6 @@ class StampScaling:
         return _EPOCH + timedelta(seconds=self.zero)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class TimesChannel:
-    """The times of a channel, read a piece at a time."""
-
-    source: SampleSource
-    row: int
-    size: int
-
-    def __getitem__(self, key: slice) -> FloatArray:
-        first, last, _ = key.indices(self.size)
-        read: FloatArray = self.source.read([self.row], first, max(first, last))[0]
-        return read
-
-
 def with_times(
     group: RawGroup, source: SampleSource, stamped: Mapping[int, StampScaling]
 ) -> RawGroup:
@@ -92,7 +77,7 @@ def with_times(
     holding = next((c for c in group.channels if _holds_times(c, stamped)), None)
     if holding is None or not any(_follows(c, holding) for c in group.channels):
         return group
-    times = TimesChannel(source, holding.row, holding.n_samples)
+    times = TimesInFile(source, holding.row, holding.n_samples)
     name, unit = time_name(holding.name, holding.unit) or (holding.name, "")
     axis = TimeAxis(f"channel {shown(holding.name)}", times=times, name=name, unit=unit)
     start = None

@@ -4,7 +4,6 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakerproc.comparison import JointMotion, by_range
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
@@ -21,6 +20,7 @@ from shakerproc.report.evidence.models import (
     Models,
     by_input,
     capitalised,
+    evenly,
     input_rms,
     label,
     loudest,
@@ -37,7 +37,6 @@ DOTS: Final = 1500
 
 _NEAR: Final = 0.12  # of the largest velocity or displacement: what counts as none
 
-_PARTS: Final = 60  # of a range, from each of which as many samples are drawn
 
 BEYOND: Final = 1.5
 """How far the drawing goes, as a multiple of the largest motion that was measured [-]."""
@@ -234,23 +233,12 @@ def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
     if not near.size:
         return np.empty((3, 0))
     columns = np.array([other[near], along[near]]).T
-    chosen = _evenly(along[near], DOTS)
+    chosen = evenly(along[near], DOTS)
     rows = [along[near][chosen]]
     for force in (motion.force[near], motion.force_model[near]):
         slope = float(np.linalg.lstsq(columns, force, rcond=None)[0][0])
         rows.append(force[chosen] - slope * other[near][chosen])
     return np.array(rows)
-
-
-def _evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
-    """Return numbers of about so many samples, as many from each part of the range."""
-    limits = np.linspace(values.min(), values.max(), _PARTS + 1)
-    which = np.clip(np.searchsorted(limits, values) - 1, 0, _PARTS - 1)
-    chosen = []
-    for part in range(_PARTS):
-        inside = np.flatnonzero(which == part)
-        chosen.append(inside[:: max(1, inside.size * _PARTS // count)])
-    return np.concatenate(chosen)
 
 
 def error_in_time(models: Models) -> list[PageFigure]:
