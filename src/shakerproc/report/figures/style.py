@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from threading import RLock
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -196,14 +196,15 @@ def logarithmic(axis: "Axes", low: float, high: float) -> None:
     axis.yaxis.set_minor_locator(NullLocator())
 
 
-def logarithmic_frequency(axis: "Axes") -> None:
-    """Make the horizontal axis logarithmic, with plain numbers at 1, 2 and 5."""
+def plain_logarithmic(axis: "Axes", along: Literal["x", "y"]) -> None:
+    """Make an axis logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    axis.set_xscale("log")
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.xaxis.set_minor_locator(NullLocator())
+    line = axis.xaxis if along == "x" else axis.yaxis
+    (axis.set_xscale if along == "x" else axis.set_yscale)("log")
+    line.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    line.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    line.set_minor_locator(NullLocator())
 
 
 def power_of_ten(value: float, _: int | None = None) -> str:
