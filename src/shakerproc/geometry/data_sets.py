@@ -51,7 +51,7 @@ class UffError(Exception):
 
 @final
 @dataclass(frozen=True, slots=True)
-class DataSet:
+class UffDataSet:
     """What stands between two marks.
 
     Attributes
@@ -73,7 +73,7 @@ class DataSet:
     cut: bool
 
 
-def data_sets(content: bytes) -> Iterator[DataSet]:
+def data_sets(content: bytes) -> Iterator[UffDataSet]:
     """Yield the data sets of a file in their order.
 
     Raises
@@ -108,7 +108,7 @@ def data_sets(content: bytes) -> Iterator[DataSet]:
             line = b""
             closing = _MARK.search(content, body)
             stop = closing.start() if closing else len(content)
-        yield DataSet(int(kind), body, min(stop, len(content)), line, closing is None)
+        yield UffDataSet(int(kind), body, min(stop, len(content)), line, closing is None)
         if closing is None:
             return
         at = closing.end()

@@ -130,7 +130,7 @@ AS_STATED: Final = Sampling()
 
 @final
 @dataclass(frozen=True, slots=True)
-class Reading:
+class TimeReading:
     """One way in which the statements of a file may be read.
 
     Attributes
@@ -164,7 +164,7 @@ class TimeBase:
         How far that may be off, relative [-]: what the printed digits resolve.
     problem : str
         Why there is no rate; begins with `SILENT` where the file says none.
-    readings : tuple of Reading
+    readings : tuple of TimeReading
         The ways between which the file does not decide.
     start : float
         Of the first sample, behind `start_time` or the time 0 that all channels share [s].
@@ -183,7 +183,7 @@ class TimeBase:
     sample_rate: float | None = None
     doubt: float = 0.0
     problem: str = SILENT
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[TimeReading, ...] = ()
     start: float = 0.0
     start_doubt: float = 0.0
     start_time: datetime | None = None

@@ -79,7 +79,7 @@ def _read(file: BinaryIO, run: str) -> RawFile:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Layout:
+class SampleLayout:
     """Where the samples are: groups, in each the same number of samples of every channel.
 
     Attributes
@@ -112,7 +112,7 @@ class GroupedSource(SampleSource):
 
     run: str
     frames: Frames
-    layout: Layout
+    layout: SampleLayout
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         per_group = self.layout.per_group
@@ -160,7 +160,7 @@ def _text(cell: bytes) -> str:
     return cell.decode("latin-1").partition("\0")[0].strip()
 
 
-def _layout(header: Mapping[str, str], size: int, run: str) -> Layout:
+def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
     """Return where the samples are.
 
     Raises
@@ -201,7 +201,7 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> Layout:
     scaled = stated[1] == "SHORT_INTEGER"
     numbers = range(1, channels + 1)
     scales = [_number(header, f"SCALE.CHAN_{n}", run) if scaled else 1.0 for n in numbers]
-    return Layout(
+    return SampleLayout(
         dtype.str, first, channels, per_group, promised, groups * per_group, tuple(scales),
     )  # fmt: skip
 

@@ -16,10 +16,10 @@ from shakerproc.recordings.raw import (
     AS_STATED,
     SILENT,
     UNKNOWN,
-    Reading,
     Sampling,
     TimeAxis,
     TimeBase,
+    TimeReading,
     Times,
 )
 from shakerproc.recordings.times import SECONDS, steps_of, strays, ticks_of, unit_in_name
@@ -94,13 +94,13 @@ class _Statement:
     """
 
     axis: TimeAxis
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[TimeReading, ...] = ()
     doubt: float = 0.0
     problem: str = ""
     spectrum: bool = False
     tick: float = 0.0
 
-    def alike(self, rate: float, doubt: float = 0.0) -> Reading | None:
+    def alike(self, rate: float, doubt: float = 0.0) -> TimeReading | None:
         """Return the reading with a rate [Hz], which may be off by a relative doubt [-]."""
         most = max(CONTRADICTION, self.doubt + doubt)
         return next((r for r in self.readings if abs(r.rate / rate - 1.0) <= most), None)
@@ -212,7 +212,7 @@ def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
 def _settled(
     every: Sequence[_Statement],
     best: _Statement,
-    way: Reading,
+    way: TimeReading,
     start_time: datetime | None,
 ) -> TimeBase:
     """Return the time base of statements that agree on one reading."""
@@ -255,7 +255,7 @@ def _statement(axis: TimeAxis, unit: str) -> _Statement:
 def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
     """Return what a stated rate says [Hz]."""
     if 0.0 < rate < math.inf and math.isfinite(1.0 / rate):
-        return _Statement(axis, (Reading("", rate),))
+        return _Statement(axis, (TimeReading("", rate),))
     return _Statement(axis, problem=f"{axis.where} gives a rate of {rate:g} Hz, which is none")
 
 
@@ -298,7 +298,7 @@ def _no_time(axis: TimeAxis) -> str:
     return ""
 
 
-def _ways(unit: str, step: float, first: float | None) -> tuple[Reading, ...]:
+def _ways(unit: str, step: float, first: float | None) -> tuple[TimeReading, ...]:
     """Return how a step may be read, of times that begin with `first` where they are known.
 
     `step` and `first` are in `unit`, or in one that is not told.
@@ -317,12 +317,12 @@ def _ways(unit: str, step: float, first: float | None) -> tuple[Reading, ...]:
     return (usual, *(way for way in others if SLOWEST < way.rate <= FASTEST))
 
 
-def _reading(unit: str, step: float) -> Reading:
+def _reading(unit: str, step: float) -> TimeReading:
     seconds = SECONDS[unit.casefold()]
-    return Reading(unit, _whole(1.0 / (step * seconds), ROUNDING), seconds)
+    return TimeReading(unit, _whole(1.0 / (step * seconds), ROUNDING), seconds)
 
 
-def _dated(way: Reading, first: float | None) -> Reading:
+def _dated(way: TimeReading, first: float | None) -> TimeReading:
     """Return a reading with the date that its times count from, where they are dates."""
     if first is None:
         return way
@@ -338,14 +338,14 @@ def _whole(rate: float, doubt: float) -> float:
     return whole if whole and abs(rate / whole - 1.0) <= doubt else rate
 
 
-def _undecided(best: _Statement, ways: Sequence[Reading], *, mean: bool = False) -> str:
+def _undecided(best: _Statement, ways: Sequence[TimeReading], *, mean: bool = False) -> str:
     """Return between which readings the file does not decide."""
     told = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
     listed = " or ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
     return f"{best.axis.where} states no unit: it is {'a mean of ' * mean}{listed}"
 
 
-def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[Reading]]:
+def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[TimeReading]]:
     """Return which rates the places state, and these, that of most places first."""
     places: dict[str, list[str]] = {}
     for one in every:
@@ -353,10 +353,10 @@ def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[Reading]]:
     listed = ", ".join(f"{rate} ({', '.join(there)})" for rate, there in places.items())
     often = max(places, key=lambda rate: len(places[rate]))
     first = next(one for one in every if one.axis.where == places[often][0])
-    return f"the file contradicts itself: {listed}", [Reading("", first.readings[0].rate)]
+    return f"the file contradicts itself: {listed}", [TimeReading("", first.readings[0].rate)]
 
 
-def _taken_for(best: _Statement, way: Reading) -> str:
+def _taken_for(best: _Statement, way: TimeReading) -> str:
     """Return what is to be known of a reading that another could stand beside."""
     if best.axis.unit.strip() or unit_in_name(best.axis.name) or not way.unit:
         return ""
@@ -368,7 +368,7 @@ def _taken_for(best: _Statement, way: Reading) -> str:
     return ""
 
 
-def _rounded(best: _Statement, way: Reading) -> str:
+def _rounded(best: _Statement, way: TimeReading) -> str:
     """Return the rates that a step may stand for that is rounded in print."""
     if best.axis.step is None or best.doubt <= SAME_AS_LOG:
         return ""

@@ -13,7 +13,7 @@ import numpy as np
 from shakerproc.data import ArraySource, FloatArray
 from shakerproc.errors import RecordingError, SpectraError
 from shakerproc.geometry import Place
-from shakerproc.geometry.data_sets import DataSet, UffError, data_sets
+from shakerproc.geometry.data_sets import UffDataSet, UffError, data_sets
 from shakerproc.geometry.universal import Units, units_of, wireframe_of
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis, half_digit
@@ -121,7 +121,7 @@ def _content(path: Path, run: str, advice: str) -> bytes:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
 
 
-def _told(records: Sequence[Record], found: Sequence[DataSet]) -> str:
+def _told(records: Sequence[Record], found: Sequence[UffDataSet]) -> str:
     """Return how many records of what, and which other datasets, a file holds besides."""
     functions = Counter(
         ("complex " if r.is_complex and r.function <= 1 else "")

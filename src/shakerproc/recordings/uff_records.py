@@ -16,7 +16,7 @@ from shakerproc.geometry.data_sets import (
     COMPLEX,
     HEAD,
     TYPES,
-    DataSet,
+    UffDataSet,
     UffError,
     integer,
     skip_lines,
@@ -115,7 +115,7 @@ class Record:
         return over_time and not self.is_complex
 
 
-def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Record:
+def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Record:
     """Return a record of kind 58; with `spectra`, the values of those that are no samples too.
 
     Raises
@@ -170,7 +170,7 @@ class _Numbers:
     """Where the numbers of a record stand, and how."""
 
     content: bytes
-    found: DataSet
+    found: UffDataSet
     body: int
     kind: int
     even: bool

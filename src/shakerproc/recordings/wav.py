@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.arrays import LinesSource, Row
+from shakerproc.recordings.arrays import ArrayRow, LinesSource
 from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
 from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 
@@ -74,7 +74,7 @@ class _Format:
 
 @final
 @dataclass(slots=True, eq=False)
-class _Found:
+class _Chunks:
     """The chunks of a file: format, samples, texts and start."""
 
     chunks: dict[bytes, _Chunk] = field(default_factory=dict)
@@ -126,7 +126,7 @@ def _read(file: BinaryIO, run: str) -> RawFile:
                    start_time=start_time, axes=axes)
         for number in range(said.channels)
     )  # fmt: skip
-    lines = tuple(Row(samples, number, upright=True) for number in range(said.channels))
+    lines = tuple(ArrayRow(samples, number, upright=True) for number in range(said.channels))
     return RawFile(
         (RawGroup("", channels),),
         LinesSource(run, lines, file),
@@ -138,7 +138,7 @@ def _endian(order: str) -> Any:
     return "big" if order == ">" else "little"
 
 
-def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Found:
+def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Chunks:
     """Return where the parts of a file are, and how long its samples should be [byte].
 
     What stands behind the samples has to be chunks too, up to the end of the file or to the
@@ -149,7 +149,7 @@ def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Fou
     RecordingError
         If something else stands there.
     """
-    found, at, longer = _Found(), 12, {}
+    found, at, longer = _Chunks(), 12, {}
     end = whole + 8
     while at + 8 <= size and at != end:
         file.seek(at)
@@ -200,7 +200,7 @@ def _long_sizes(content: bytes, order: str) -> dict[bytes, int]:
     return sizes
 
 
-def _content(file: BinaryIO, found: _Found, name: bytes, run: str) -> bytes:
+def _content(file: BinaryIO, found: _Chunks, name: bytes, run: str) -> bytes:
     """Return the content of a chunk that describes the samples; empty where it may lack.
 
     Raises
@@ -271,7 +271,7 @@ def _of_three_bytes(raw: NDArray[Any], order: str) -> NDArray[np.float64]:
 
 
 def _times(
-    file: BinaryIO, found: _Found, said: _Format, run: str
+    file: BinaryIO, found: _Chunks, said: _Format, run: str
 ) -> tuple[datetime | None, tuple[TimeAxis, ...]]:
     """Return the day on which a recording began, and what the file states of its times.
 
@@ -308,7 +308,7 @@ def _begun(content: bytes, rate: int) -> tuple[datetime | None, float, float]:
     return day, start, 0.5
 
 
-def _described(file: BinaryIO, found: _Found, said: _Format, run: str) -> Iterator[str]:
+def _described(file: BinaryIO, found: _Chunks, said: _Format, run: str) -> Iterator[str]:
     """Yield notes on the samples, and the texts that the file carries."""
     bits = 8 * said.dtype.itemsize
     if said.tag == _PCM:

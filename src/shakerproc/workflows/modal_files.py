@@ -27,9 +27,9 @@ from shakerproc.recordings.writers.uff import (
     FREQUENCY,
     QUANTITIES,
     RESPONSE,
-    Axis,
     End,
-    Head,
+    RecordAxis,
+    RecordHead,
     direction_of,
     write_function,
 )
@@ -116,7 +116,7 @@ def modal_a(one: TestModes) -> ComplexArray:
     return found
 
 
-def _functions(one: TestModes, numbers: list[int]) -> Iterator[tuple[Head, int, int]]:
+def _functions(one: TestModes, numbers: list[int]) -> Iterator[tuple[RecordHead, int, int]]:
     """Yield head, row and column of each measured response function."""
     if one.functions is None:
         return
@@ -124,7 +124,7 @@ def _functions(one: TestModes, numbers: list[int]) -> Iterator[tuple[Head, int, 
     for row, sensor in enumerate(one.sensors):
         for column, name in enumerate(one.inputs):
             unit = one.input_units[column]
-            head = Head(
+            head = RecordHead(
                 RESPONSE,
                 (f"{sensor.name} to {name}", f"test {one.name}", "", "", ""),
                 End(sensor.name, numbers[row], direction_of(one.directions[row])),
@@ -132,8 +132,8 @@ def _functions(one: TestModes, numbers: list[int]) -> Iterator[tuple[Head, int, 
                 float(lines[0]),
                 float(lines[1] - lines[0]),
                 FREQUENCY,
-                Axis(QUANTITIES.get(sensor.unit, 0), "NONE", sensor.unit),
-                Axis(QUANTITIES.get(unit, 0), "NONE", unit),
+                RecordAxis(QUANTITIES.get(sensor.unit, 0), "NONE", sensor.unit),
+                RecordAxis(QUANTITIES.get(unit, 0), "NONE", unit),
             )
             yield head, row, column
 

@@ -95,7 +95,7 @@ def _jump(samples: FloatArray, at: int) -> float:
 
 
 @final
-class _Channel:
+class _ConstantRuns:
     """The runs of equal samples of one channel."""
 
     def __init__(self) -> None:
@@ -183,7 +183,7 @@ class Flatlines(AbstractHealthCheck):
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._channels = [_Channel() for _ in recording.channels]
+        self._channels = [_ConstantRuns() for _ in recording.channels]
 
     def add(self, first: int, block: FloatArray) -> None:
         for channel, samples in zip(self._channels, block, strict=True):
@@ -195,7 +195,7 @@ class Flatlines(AbstractHealthCheck):
             found += self._judge(row, runs)
         return found
 
-    def _judge(self, row: int, runs: _Channel) -> list[Flag]:
+    def _judge(self, row: int, runs: _ConstantRuns) -> list[Flag]:
         name = self._recording.channels[row].name
         n = self._recording.n_samples
         tail = runs.open
@@ -215,7 +215,7 @@ class Flatlines(AbstractHealthCheck):
         found = self._tail(name, runs, usual) + self._inside(name, inside, often)
         return [] if found and self._rests_after_a_shock(row, runs, limit) else found
 
-    def _rests_after_a_shock(self, row: int, runs: _Channel, limit: int) -> bool:
+    def _rests_after_a_shock(self, row: int, runs: _ConstantRuns, limit: int) -> bool:
         """Return whether nothing but a shock comes before the first rest at exactly 0.
 
         A cable that fails breaks off vibration, of many lobes.
@@ -235,7 +235,7 @@ class Flatlines(AbstractHealthCheck):
         held = sum(length * times for length, times in often.items())
         return sum(often.values()) > 20 and held > HELD * self._recording.n_samples
 
-    def _tail(self, name: str, runs: _Channel, usual: int) -> list[Flag]:
+    def _tail(self, name: str, runs: _ConstantRuns, usual: int) -> list[Flag]:
         """Return a flag if the channel stands still at the end."""
         n, rate, tail = self._recording.n_samples, self._recording.sample_rate, runs.open
         if tail is None or tail.length < SHORTEST_TAIL or runs.is_rest(tail):

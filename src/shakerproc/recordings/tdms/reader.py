@@ -21,7 +21,7 @@ from shakerproc.recordings.tdms.metadata import (
 )
 from shakerproc.recordings.tdms.objects import Listed, split_path
 from shakerproc.recordings.tdms.source import (
-    Clock,
+    SampleClock,
     ServedChannel,
     StampScaling,
     TdmsSource,
@@ -30,7 +30,7 @@ from shakerproc.recordings.tdms.source import (
 )
 from shakerproc.recordings.tdms.structure import (
     Extent,
-    Structure,
+    TdmsStructure,
     divided,
     present,
     start_of,
@@ -145,9 +145,9 @@ class _Table:
     """The rows of a file: a channel has one for all its samples, and one for a measurement."""
 
     run: str
-    structure: Structure
+    structure: TdmsStructure
     served: list[ServedChannel] = field(default_factory=list)
-    clocks: list[Clock] = field(default_factory=list)
+    clocks: list[SampleClock] = field(default_factory=list)
 
     def add(self, part: _Part, paths: Sequence[str]) -> tuple[RawChannel, ...]:
         """Return the channels of a part; those that can be served get a row each."""
@@ -205,7 +205,9 @@ def _problem(entry: Listed) -> str:
     return f"it holds {kinds.get(entry.index.code, 'no real numbers')}"
 
 
-def _channel(path: str, structure: Structure, part: _Part, there: int, row: int) -> RawChannel:
+def _channel(
+    path: str, structure: TdmsStructure, part: _Part, there: int, row: int
+) -> RawChannel:
     levels = _levels(path, part.properties)
     start = structure.waveforms.starts.get((path, part.number))
     if start is None and part.number == 0:
@@ -227,7 +229,7 @@ def _channel(path: str, structure: Structure, part: _Part, there: int, row: int)
     )
 
 
-def _promised(path: str, structure: Structure, there: int) -> int:
+def _promised(path: str, structure: TdmsStructure, there: int) -> int:
     """Return how many values there should be; where the file cannot say, one chunk more."""
     missing = structure.missing.get(path, 0)
     entry = structure.known[path]
@@ -288,7 +290,7 @@ def _is_reduced(name: str, properties: Mapping[str, Properties]) -> bool:
 
 
 def _notes(
-    structure: Structure, served: Sequence[ServedChannel], loose: Sequence[str]
+    structure: TdmsStructure, served: Sequence[ServedChannel], loose: Sequence[str]
 ) -> tuple[str, ...]:
     notes = []
     if structure.cut:

@@ -116,7 +116,7 @@ def _follows(channel: RawChannel, holding: RawChannel) -> bool:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Clock:
+class SampleClock:
     """Channels whose values stand in the same numbers in the same extents.
 
     Attributes
@@ -151,14 +151,14 @@ class ServedChannel:
     scaling: Scaling | StampScaling
 
 
-def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, Clock]:
+def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, SampleClock]:
     """Return the clock of every channel; channels that go together share one."""
     counts: dict[str, list[tuple[int, int]]] = {path: [] for path in paths}
     for number, extent in enumerate(extents):
         for path, where in extent.layout.places.items():
             if where.count and path in counts:
                 counts[path].append((number, where.count))
-    shared: dict[tuple[tuple[int, int], ...], Clock] = {}
+    shared: dict[tuple[tuple[int, int], ...], SampleClock] = {}
     found = {}
     for path, steps in counts.items():
         key = tuple(steps)
@@ -168,12 +168,12 @@ def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, Clock]:
     return found
 
 
-def _clock(steps: Sequence[tuple[int, int]], extents: Sequence[Extent]) -> Clock:
+def _clock(steps: Sequence[tuple[int, int]], extents: Sequence[Extent]) -> SampleClock:
     chosen = tuple(extents[number] for number, _ in steps)
     counts = np.array([count for _, count in steps], dtype=np.int64)
     totals = counts * np.array([extent.n_chunks for extent in chosen], dtype=np.int64)
     starts = np.concatenate([[0], np.cumsum(totals)]).astype(np.int64)
-    return Clock(chosen, counts, starts)
+    return SampleClock(chosen, counts, starts)
 
 
 @final
@@ -191,7 +191,7 @@ class TdmsSource(SampleSource):
         Bytes that it had when it was walked over.
     channels : tuple of ServedChannel
         What each row is.
-    clocks : tuple of Clock
+    clocks : tuple of SampleClock
         Where the values of each row stand.
     """
 
@@ -199,7 +199,7 @@ class TdmsSource(SampleSource):
     file: BinaryIO
     size: int
     channels: tuple[ServedChannel, ...]
-    clocks: tuple[Clock, ...]
+    clocks: tuple[SampleClock, ...]
     _buffer: memoryview = field(default_factory=lambda: memoryview(bytearray(BATCH)))
 
     def close(self) -> None:

@@ -255,7 +255,7 @@ class Extent:
 
 @final
 @dataclass(slots=True)
-class Structure:
+class TdmsStructure:
     """What the walk has found.
 
     Attributes

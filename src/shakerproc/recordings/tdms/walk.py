@@ -13,7 +13,7 @@ from typing import BinaryIO, Final, final
 
 from shakerproc.recordings.tdms.layout import Layout, chunk_layout, cut_layout, short_layout
 from shakerproc.recordings.tdms.objects import Listed, read_objects
-from shakerproc.recordings.tdms.structure import Extent, Structure, append_extent
+from shakerproc.recordings.tdms.structure import Extent, TdmsStructure, append_extent
 from shakerproc.recordings.tdms.types import Cursor, StructureError
 
 LEAD: Final = 28
@@ -132,7 +132,7 @@ def check_nothing_inside(file: BinaryIO, lead: Lead, size: int) -> None:
             at = part.find(b"TDSm", at + 1)
 
 
-def walk(file: BinaryIO) -> Structure:
+def walk(file: BinaryIO) -> TdmsStructure:
     """Return the structure of an open TDMS file.
 
     Raises
@@ -140,7 +140,7 @@ def walk(file: BinaryIO) -> Structure:
     StructureError
         If a header says what cannot be; a file that merely stops early is no error.
     """
-    found = Structure(size=file.seek(0, os.SEEK_END))
+    found = TdmsStructure(size=file.seek(0, os.SEEK_END))
     if not found.size:
         raise StructureError(0, "the file is empty (0 bytes)")
     state = _State()
@@ -168,7 +168,7 @@ class _State:
     interleaved: set[bool] = field(default_factory=set)
 
 
-def _leads(file: BinaryIO, found: Structure) -> Iterator[Lead]:
+def _leads(file: BinaryIO, found: TdmsStructure) -> Iterator[Lead]:
     """Yield the head of each segment that has all its metadata.
 
     Raises
@@ -211,7 +211,7 @@ def _check_version(lead: Lead, state: _State) -> None:
     state.version = lead.version
 
 
-def _read_metadata(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> None:
+def _read_metadata(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -> None:
     size = lead.data - lead.position - LEAD
     if len(found.index) + size > MOST_METADATA:
         raise StructureError(
@@ -241,7 +241,7 @@ def _read_metadata(file: BinaryIO, lead: Lead, found: Structure, state: _State) 
         _add_to_index(block, lead, found, state)
 
 
-def _new_objects(block: bytes, lead: Lead, found: Structure, state: _State) -> None:
+def _new_objects(block: bytes, lead: Lead, found: TdmsStructure, state: _State) -> None:
     fresh = bool(lead.flags & NEW_LIST)
     before = () if fresh or state.objects is None else state.objects
     cursor = Cursor(block, lead.position + LEAD, lead.endian)
@@ -252,7 +252,7 @@ def _new_objects(block: bytes, lead: Lead, found: Structure, state: _State) -> N
         found.known[entry.path] = entry
 
 
-def _add_to_index(block: bytes, lead: Lead, found: Structure, state: _State) -> None:
+def _add_to_index(block: bytes, lead: Lead, found: TdmsStructure, state: _State) -> None:
     """Write the segment as npTDMS reads it from an index: with one chunk of data, or none."""
     head = struct.pack(
         lead.endian + "IQQ", lead.version, len(block) + state.layout.size, len(block)
@@ -260,7 +260,7 @@ def _add_to_index(block: bytes, lead: Lead, found: Structure, state: _State) -> 
     found.index += b"TDSh" + struct.pack("<I", lead.flags) + head + block
 
 
-def _add_data(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> None:
+def _add_data(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -> None:
     end = found.size if lead.end is None else min(lead.end, found.size)
     there = end - lead.data
     cut = lead.end is None or lead.end > found.size
@@ -287,7 +287,9 @@ def _add_data(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> No
         found.missing = _missing(lead, there, found, state)
 
 
-def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut: bool) -> None:
+def _add_extents(
+    lead: Lead, there: int, found: TdmsStructure, state: _State, *, cut: bool
+) -> None:
     full, rest = divmod(there, state.layout.size)
     if full:
         apart = found.waveforms.data(state.number, state.layout, full, len(found.extents))
@@ -304,7 +306,7 @@ def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut
         found.extents.append(Extent(start, 1, tail, tail.size))
 
 
-def _missing(lead: Lead, there: int, found: Structure, state: _State) -> dict[str, int]:
+def _missing(lead: Lead, there: int, found: TdmsStructure, state: _State) -> dict[str, int]:
     """Return how many values of each channel a cut segment lacks, as far as it says."""
     if lead.end is None:
         return {}
