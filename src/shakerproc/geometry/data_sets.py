@@ -52,7 +52,7 @@ class UffError(Exception):
 @final
 @dataclass(frozen=True, slots=True)
 class UffDataSet:
-    """What stands between two marks.
+    """One data set: the lines between two marks.
 
     Attributes
     ----------

@@ -262,7 +262,7 @@ def _stated_of(
     scopes: Mapping[str, str],
     shared: dict[tuple[str, ...], tuple[TimeAxis, ...]],
 ) -> tuple[TimeAxis, ...]:
-    """Return what is stated of the times of a variable: nearest to it, or all there is."""
+    """Return the statements on the times of a variable: nearest to it, or all there are."""
     near: dict[int, list[str]] = {}
     for at, scope in scopes.items():
         if not scope or name == scope or name.startswith(f"{scope}."):
@@ -356,7 +356,7 @@ def _is_slender(shape: tuple[int, ...]) -> bool:
 def _said(
     arrays: Mapping[str, ArrayLike], axes: Mapping[str, TimeAxis], length: int
 ) -> dict[str, TimeAxis]:
-    """Return what the arrays state of times, vectors and single numbers, by their name."""
+    """Return the statements of arrays on times, vectors and single numbers, by their name."""
     said = {name: axis for name, axis in axes.items() if _size(axis) == length}
     for name, array in arrays.items():
         if math.prod(array.shape) != 1:

@@ -73,7 +73,7 @@ NO_NUMBERS: Final = "it holds no numbers"
 @final
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What stands over a column.
+    """The heading of a column.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Heading:
 
 
 def headings(headers: Sequence[str], unit_row: Sequence[str] = ()) -> tuple[Heading, ...]:
-    """Return what stands over each column of a table.
+    """Return the heading of each column of a table.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class _Beside:
 
 
 def _heading(header: str, beside: _Beside) -> Heading:
-    """Return what a header says beside the others."""
+    """Return the heading of a column, read beside the other headers."""
     name, unit = split_header(header)
     bracket = header.rstrip().endswith((")", "]"))
     doubt = (_in_brackets if bracket else _at_end)(name, unit, beside) if unit else ""
@@ -305,7 +305,7 @@ def file_of_columns(
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Reading:
-    """What is known of a table when its columns become channels.
+    """A table whose columns become channels.
 
     Attributes
     ----------
@@ -374,7 +374,7 @@ class _Reading:
         return like_time(header, self.units[row], self.table.values[row, :length])
 
     def remark(self, channel: RawChannel) -> str:
-        """Return what a person should know of a channel; empty where it is as it should be."""
+        """Return a remark on a channel; empty where it is as it should be."""
         length, until = channel.n_samples, self.until(channel.row)
         if channel.problem and length:
             return f"{shown(channel.name)} is no channel: {channel.problem}."

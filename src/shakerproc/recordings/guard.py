@@ -71,7 +71,7 @@ def opened(path: Path, run: str) -> BinaryIO:
 
 
 def kept_open(path: Path, run: str, read: Callable[[BinaryIO], T]) -> T:
-    """Return what is read of a file that stays open; it is closed where reading fails.
+    """Return the result of reading a file that stays open; it is closed where reading fails.
 
     Raises
     ------

@@ -54,7 +54,7 @@ class SplicedSource(SampleSource):
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Segment:
-    """What was written at once.
+    """A segment of the file, written at once.
 
     Attributes
     ----------

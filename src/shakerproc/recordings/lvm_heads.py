@@ -127,7 +127,7 @@ class Head:
         )
 
     def axis(self, row: int) -> TimeAxis | None:
-        """Return what the header states of the times of a channel; None where nothing."""
+        """Return the header's statement on the times of a channel; None where it has none."""
         text, quantity = self.text("Delta_X", row), self.text("X_Dimension", row)
         step = self.number("Delta_X", row)
         where = f"Delta_X of {shown(self.titles[row])}"

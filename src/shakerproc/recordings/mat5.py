@@ -207,7 +207,7 @@ def _ascii(element: _Element) -> str:
 def _value(  # noqa: PLR0917
     parts: Iterator[_Element], place: int, order: str, shape: list[int], kind: int, depth: int
 ) -> Value:
-    """Return what a variable of some kind holds."""
+    """Return the value of a variable of some kind."""
     count = math.prod(shape)
     sort = kind & 0xFF
     value: Value = None

@@ -114,7 +114,7 @@ def _read_hdf5(path: Path, run: str) -> RawFile:
 
 
 def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
-    """Return what stands below a name, following no link out of the file."""
+    """Return the tree below a name, following no link out of the file."""
     import h5py
 
     if depth > DEEPEST or not isinstance(group.get(key, getlink=True), h5py.HardLink):
@@ -123,7 +123,7 @@ def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
 
 
 def _of_item(item: Any, run: str, name: str, depth: int) -> Tree:
-    """Return what a group, or a dataset, holds."""
+    """Return the content of a group or of a data set."""
     import h5py
 
     if isinstance(item, h5py.Group):

@@ -1,4 +1,4 @@
-"""What every reader hands over: groups, channels and what the file says of their times.
+"""Result of every reader: groups, channels, and the statements of the file on their times.
 
 Nothing is chosen or in SI yet. A reader says what the file says, each place in its own unit; it
 converts and judges nothing, `time_base` does.
@@ -101,7 +101,7 @@ class TimeAxis:
 @final
 @dataclass(frozen=True, slots=True)
 class Sampling:
-    """What the log says of the time axis of a recording.
+    """Statements of the log on the time axis of a recording.
 
     Attributes
     ----------

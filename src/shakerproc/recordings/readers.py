@@ -17,7 +17,7 @@ dot, and the value a function from the path and the name of the run to a `RawFil
 
 @final
 class Readers(Mapping[str, Reader]):
-    """What opens a file, by its ending in small letters.
+    """Readers of files, by the ending in small letters.
 
     All are loaded when they are asked for. Readers of installed packages are looked for when
     all are listed, or when an ending is asked for that shakerproc does not know.

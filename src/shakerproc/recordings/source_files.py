@@ -109,7 +109,7 @@ def _opened(source: str) -> tuple[Any, str]:
 @final
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """What the system notes of a file; nobody can set the time of the last change back."""
+    """Notes of the system on a file; nobody can set the time of the last change back."""
 
     device: int
     number: int
@@ -261,7 +261,7 @@ def sha256(path: Path) -> str:
 
 
 def read_hashed(read: Callable[[Path], T], path: Path) -> tuple[T, str]:
-    """Return what a function reads from a file, and the SHA-256 of what it read.
+    """Return the result of reading a file, and the SHA-256 of the bytes read.
 
     Raises
     ------

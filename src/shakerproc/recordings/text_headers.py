@@ -90,7 +90,7 @@ def is_statement(line: str) -> bool:
 
 
 def stated_axes(above: Sequence[str]) -> tuple[TimeAxis, ...]:
-    """Return what the lines above a table state of the times of its rows."""
+    """Return the statements of the lines above a table on the times of its rows."""
     found = []
     for number, line in enumerate(above, 1):
         match = _STATED.fullmatch(uncommented(line).strip().strip('"'))
@@ -169,7 +169,7 @@ def column_names(
 
 
 def numbered(width: int) -> tuple[str, ...]:
-    """Return what columns are called that nothing names."""
+    """Return names of columns without one: their numbers."""
     return tuple(f"column {i + 1}" for i in range(width))
 
 

@@ -94,7 +94,7 @@ class TextTable:
 
 
 class Readable(Protocol):
-    """What is read from its start on."""
+    """A text that is read from its start on."""
 
     def read(self, size: int, /) -> bytes:
         """Return some bytes; none at the end."""
@@ -183,7 +183,7 @@ class _Rows:
             self._add_last(block[end:])
 
     def table(self) -> TextTable:
-        """Return what was taken in; blank lines at the end are none."""
+        """Return the table of all rows; blank lines at the end are none."""
         for _ in range(self._blank_end):
             self._bad.drop_last()
         values = np.concatenate([np.empty((self._width, 0)), *self._parts], axis=1)
@@ -394,7 +394,7 @@ def without_bad_rows(
 
 
 def refusal(bad: Interruptions, width: int) -> str:
-    """Return what is wrong with the bad rows, and what to do."""
+    """Return the message on bad rows: the first of them, and the remedy."""
     line, found = bad.named[0]
     count = len(bad.after)
     wanted = f"{width} numbers are" if width > 1 else "a number is"

@@ -88,7 +88,7 @@ def follows(elapsed: float, duration: float, step: float) -> bool:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Statement:
-    """What one place says: how it may be read, or what is wrong with it.
+    """Statement of one place: its possible readings, or its fault.
 
     `tick` is what times are rounded to that repeat [unit]; they tell a start, and no rate.
     """
@@ -237,7 +237,7 @@ def _settled(
 
 
 def _statement(axis: TimeAxis, unit: str) -> _Statement:
-    """Return what one place says; `unit` is that of times that state none."""
+    """Return the statement of one place; `unit` is that of times that state none."""
     strange = _no_time(axis)
     if strange or axis.problem:
         return _Statement(axis, problem=strange or axis.problem, spectrum=bool(strange))
@@ -253,14 +253,14 @@ def _statement(axis: TimeAxis, unit: str) -> _Statement:
 
 
 def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
-    """Return what a stated rate says [Hz]."""
+    """Return the statement of a rate [Hz]."""
     if 0.0 < rate < math.inf and math.isfinite(1.0 / rate):
         return _Statement(axis, (TimeReading("", rate),))
     return _Statement(axis, problem=f"{axis.where} gives a rate of {rate:g} Hz, which is none")
 
 
 def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
-    """Return what times say that are in a unit, or in none that is told."""
+    """Return the statement of times in a unit, or in none that is told."""
     found = steps_of(times, axis.where, unit)
     first = float(times[:1][0]) if times.size else 0.0
     ticks = ticks_of(times) if found.problem and times.size > 1 else None
@@ -274,7 +274,7 @@ def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
 
 
 def _of_step(axis: TimeAxis, step: float, unit: str) -> _Statement:
-    """Return what a step says that is in a unit, or in none that is told.
+    """Return the statement of a step in a unit, or in none that is told.
 
     A recorder's clock is divided by whole numbers: one within what is printed is meant.
     """
@@ -357,7 +357,7 @@ def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[TimeReading]]
 
 
 def _taken_for(best: _Statement, way: TimeReading) -> str:
-    """Return what is to be known of a reading that another could stand beside."""
+    """Return the note on a reading that was preferred to another."""
     if best.axis.unit.strip() or unit_in_name(best.axis.name) or not way.unit:
         return ""
     if way.start_time is not None:

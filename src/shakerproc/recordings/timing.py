@@ -187,7 +187,7 @@ def _line(channel: RawChannel, start: float, said: Sampling, run: str) -> Line:
 
 
 def _cost(lines: Sequence[Line], rate: float) -> tuple[str, str]:
-    """Return what makes interpolated samples doubtful, and what the interpolation costs."""
+    """Return the doubt in interpolated samples, and the cost of the interpolation."""
     band = min(line.band(rate) for line in lines)
     told = (
         f"Every channel is interpolated to {rate:.9g} Hz (resample); that is good to 1 % up to "
@@ -259,7 +259,7 @@ def _rate(channels: Sequence[RawChannel], said: Sampling, run: str) -> tuple[flo
 
 
 def _against(channels: Sequence[RawChannel], logged: float) -> str:
-    """Return what a file says against any even rate, where one is taken all the same [Hz]."""
+    """Return the objection of a file to an even rate that is taken all the same [Hz]."""
     problem = next((c.time.problem for c in channels if not c.time.is_silent), "")
     if not problem:
         return ""

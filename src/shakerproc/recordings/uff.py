@@ -158,7 +158,7 @@ def _names(records: Sequence[Record]) -> list[str]:
 
 
 def _axes(record: Record, name: str) -> tuple[TimeAxis, ...]:
-    """Return what a record states of its abscissa; the format prints its step to six digits."""
+    """Return the stated abscissa of a record; the format prints its step to six digits."""
     if not record.texts:
         return (TimeAxis("record", problem="the file ends inside its header"),)
     axis = TimeAxis(

@@ -49,7 +49,7 @@ class MatlabObject:
 @final
 @dataclass(slots=True, eq=False)
 class Variables:
-    """What the variables of a file come down to.
+    """Variables of a file, as arrays and texts by their places.
 
     Attributes
     ----------

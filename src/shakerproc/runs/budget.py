@@ -35,7 +35,7 @@ BY_FIT: Final = "95 % interval of the fit"
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class QuietPart:
-    """What the channels show while nothing drives them.
+    """Signals of the channels while nothing drives them.
 
     Attributes
     ----------
@@ -219,7 +219,7 @@ def over_mean(row: int, inputs: Sequence[int]) -> dict[int, float]:
 
 
 def calibration(result: RunResult, value: float, powers: Mapping[int, float]) -> Contribution:
-    """Return what the calibration of channels does to a product of powers of their gains.
+    """Return the contribution of calibrations to a product of powers of gains.
 
     `value` is the product [any unit], `powers` are by row of the channel [-].
     """

@@ -191,7 +191,7 @@ def _of_peak(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Iterator
 def _chance(
     result: RunResult, of: _Spectrum, found: ResonancePeak
 ) -> tuple[list[Contribution], list[Contribution]]:
-    r"""Return what chance does to frequency and height of a peak.
+    r"""Return the contributions of chance to frequency and height of a peak.
 
     Of m bins that it does not tell apart, the peak may be any, and the tallest lies up to
     :math:`\varepsilon \sqrt{2 \ln m}` above the truth.
@@ -214,7 +214,7 @@ def _chance(
 
 
 def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> list[Contribution]:
-    r"""Return what window and bins do to the height of a peak.
+    r"""Return the contributions of window and bins to the height of a peak.
 
     A resonance is lower by what the window smears (`seen_share`), and up to half a bin beside
     its top, :math:`(\Delta f / B)^2` of its power. Where the bins do not resolve it, it is the

@@ -73,7 +73,7 @@ def _universal(path: Path) -> Wireframe:
 
 
 def _content(path: Path) -> bytes:
-    """Return what a file holds.
+    """Return the content of a file.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a log says besides its tests: the customer, specimens, shaker, instruments, units."""
+"""Parts of a log besides its tests: the customer, specimens, shaker, instruments, units."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Which effect a model lacks, here or on a cluster: what `shakerproc diagnose` does."""
+"""Which effect a model lacks, here or on a cluster: the workflow of `shakerproc diagnose`."""
 
 import json
 from collections.abc import Callable, Mapping

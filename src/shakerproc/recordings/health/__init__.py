@@ -1,4 +1,4 @@
-"""What may be wrong with a recording, found as its samples pass by."""
+"""Health of a recording: faults that are found as its samples pass by."""
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -47,7 +47,7 @@ BESIDE: Final = 0.05
 
 
 def health(recording: Recording, *, block: int = 2**17) -> tuple[Flag, ...]:
-    """Return what a person should look at, in order of time.
+    """Return the flags that a person should look at, in order of time.
 
     One pass over the samples, a second only where a channel seems to measure nothing, in memory
     for a few blocks. Quiet on a good recording.
@@ -100,7 +100,7 @@ def within(flags: Sequence[Flag], start: float, stop: float) -> tuple[Flag, ...]
 
 
 def file_flags(recording: Recording) -> tuple[Flag, ...]:
-    """Return what is odd about the file, known without a look at the samples."""
+    """Return the flags of the file that are known without a look at the samples."""
     return (*_incomplete(recording), *_skipped(recording), *_rate(recording))
 
 

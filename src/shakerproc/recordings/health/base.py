@@ -1,4 +1,4 @@
-"""What a health check is, pieces of a recording to look at, and gaps that are bridged."""
+"""Interface of health checks, pieces of a recording for them, and gaps that are bridged."""
 
 import re
 from abc import ABC, abstractmethod
@@ -58,7 +58,7 @@ class Flag:
 
     @property
     def line(self) -> str:
-        """What was found and where, in a line."""
+        """The finding and its place, in a line."""
         where = f" ({self.channel})" if self.channel else ""
         return f"{self.kind}{where}: {self.message}"
 
@@ -93,7 +93,7 @@ class AbstractHealthCheck(ABC):
 
     @abstractmethod
     def flags(self) -> list[Flag]:
-        """Return what was wrong, once all blocks are in."""
+        """Return the flags, once all blocks are in."""
 
 
 def control_rows(recording: Recording) -> list[int]:
@@ -157,7 +157,7 @@ class Pieces:
         return self.starts[self._next]
 
     def _from(self, start: int, first: int, block: FloatArray) -> FloatArray:
-        """Return what lies from a sample on to the end of a block."""
+        """Return the part of a block from a sample on."""
         if start >= first:
             return block[:, start - first :]
         return np.concatenate([self._rest[:, start - self._base :], block], axis=1)

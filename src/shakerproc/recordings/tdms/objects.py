@@ -62,7 +62,7 @@ class Scaler:
 @final
 @dataclass(frozen=True, slots=True)
 class Index:
-    """What a channel holds in one chunk.
+    """Values of a channel in one chunk.
 
     Attributes
     ----------

@@ -249,7 +249,7 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
 
 
 def _axis(properties: Properties, *, dated: bool) -> TimeAxis:
-    """Return what a channel states of its times; a date of its start holds the offset.
+    """Return the statement of a channel on its times; a date of its start holds the offset.
 
     The interval of a waveform is in seconds where no unit of its axis says otherwise.
     """

@@ -52,7 +52,7 @@ class Cut:
 @final
 @dataclass(slots=True)
 class Waveforms:
-    """What is known of the channels while a file is walked over.
+    """State of the channels while a file is walked over.
 
     Attributes
     ----------
@@ -256,7 +256,7 @@ class Extent:
 @final
 @dataclass(slots=True)
 class TdmsStructure:
-    """What the walk has found.
+    """Result of the walk over a file.
 
     Attributes
     ----------

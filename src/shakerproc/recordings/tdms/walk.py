@@ -157,7 +157,7 @@ def walk(file: BinaryIO) -> TdmsStructure:
 
 @dataclass(slots=True)
 class _State:
-    """What one segment inherits from the one before."""
+    """State that a segment inherits from the one before."""
 
     number: int = 0
     version: int | None = None

@@ -61,7 +61,7 @@ class End:
 @final
 @dataclass(frozen=True, slots=True)
 class RecordHead:
-    """What stands above the numbers of a record 58.
+    """Header of a record 58.
 
     Attributes
     ----------

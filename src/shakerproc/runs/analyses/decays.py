@@ -61,7 +61,7 @@ DRAWN: Final = 6
 
 
 def remarks(curve: DecayCurve) -> Iterator[str]:
-    """Yield what is odd about the curves of a mode."""
+    """Yield remarks on the curves of a mode."""
     name = f"{numeral(curve.line.frequency, 4)} Hz"
     if curve.problem:
         yield f"{name}: no curve: {curve.problem}"

@@ -221,7 +221,7 @@ def _bands(share: Share) -> str:
 
 
 def about(reading: MultisineReading) -> Iterator[str]:
-    """Yield what was used, and which figures are not available and why."""
+    """Yield sentences on the data in use, and on figures that are not available."""
     layout, grid = reading.layout, reading.grid
     used = layout.periods - layout.left_out
     spacing = grid.frequency[0] / grid.number[0]
@@ -251,7 +251,7 @@ def about(reading: MultisineReading) -> Iterator[str]:
 
 
 def problems(reading: MultisineReading) -> Iterator[str]:
-    """Yield what keeps a measurement from telling noise or distortion."""
+    """Yield the reasons why a measurement does not tell noise or distortion."""
     if reading.layout.periods - reading.layout.left_out == 1:
         yield (
             "one period only: the noise is not known, and distortion holds it; record two "

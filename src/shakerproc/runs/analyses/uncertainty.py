@@ -28,7 +28,7 @@ _TOLD: Final = (
 
 @final
 class UncertaintyAnalysis(AbstractAnalysis):
-    """What every reported number is uncertain by."""
+    """Uncertainty of every reported number."""
 
     kind: ClassVar[str] = "uncertainty"
 
