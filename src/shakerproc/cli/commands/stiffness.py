@@ -238,7 +238,7 @@ def _write(
     if figures:
         from shakerproc.report.figures import style
         from shakerproc.report.figures.to_png import save
-        from shakerproc.report.models.tensile import all_runs, last_runs
+        from shakerproc.report.models.coupon import all_runs, last_runs
 
         for number, (one, pulled) in enumerate(zip(found, specimens, strict=True), 1):
             end = f"_{number}" if len(found) > 1 else ""

@@ -16,8 +16,13 @@ from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
 from shakerproc.report.figures import axes, image, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page import templating
-from shakerproc.report.page.header import HeaderView, header_view, with_expired
+from shakerproc.report.page.header import (
+    HeaderView,
+    environment,
+    header_view,
+    rendered,
+    with_expired,
+)
 from shakerproc.report.page.methods import Methods, methods_of
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.report.runs import overview
@@ -208,7 +213,7 @@ def write_report(path: Path, report: Report) -> None:
 def html(report: Report) -> str:
     """Return a report as one HTML document that needs no other file and no network."""
     own = None if report.header is None else report.header.template
-    environment = templating.environment(own)
+    templates = environment(own)
     css = _style(environment, _ours(environment, "vendor/uplot/uPlot.min.css"))
     script = _script(environment)
     content = {
@@ -219,7 +224,7 @@ def html(report: Report) -> str:
         "style_hash": _source_hash(css),
         "script_hash": _source_hash(script),
     }
-    return axes.shared(templating.rendered(environment, own, content))
+    return axes.shared(rendered(templates, own, content))
 
 
 def _style(environment: Environment, uplot: str = "") -> Markup:
@@ -233,7 +238,7 @@ def _style(environment: Environment, uplot: str = "") -> Markup:
 
 def svg_file(drawing: Markup) -> str:
     """Return a drawing of the page as an SVG file that needs no page."""
-    css = _style(templating.environment(None))
+    css = _style(environment(None))
     first = '<svg xmlns="http://www.w3.org/2000/svg" '
     head, body = drawing.removeprefix("<svg ").split(">", 1)
     return f"{first}{head}><style>{css}</style>{body}"
