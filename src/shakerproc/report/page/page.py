@@ -214,8 +214,8 @@ def html(report: Report) -> str:
     """Return a report as one HTML document that needs no other file and no network."""
     own = None if report.header is None else report.header.template
     templates = environment(own)
-    css = _style(environment, _ours(environment, "vendor/uplot/uPlot.min.css"))
-    script = _script(environment)
+    css = _style(templates, _ours(templates, "vendor/uplot/uPlot.min.css"))
+    script = _script(templates)
     content = {
         "page": _page(report),
         "look": live.quoted(json.dumps(LOOK)),
@@ -227,10 +227,10 @@ def html(report: Report) -> str:
     return axes.shared(rendered(templates, own, content))
 
 
-def _style(environment: Environment, uplot: str = "") -> Markup:
+def _style(templates: Environment, uplot: str = "") -> Markup:
     """Return the style of the page, that of the drawings included."""
     return Markup(  # noqa: S704 - ours
-        environment.get_template("page.css").render(
+        templates.get_template("page.css").render(
             uplot=uplot, colours=style.COLOURS, dashes=_dashes(), shades=style.SHADES
         )
     )
@@ -244,17 +244,17 @@ def svg_file(drawing: Markup) -> str:
     return f"{first}{head}><style>{css}</style>{body}"
 
 
-def _ours(environment: Environment, name: str) -> Markup:
+def _ours(templates: Environment, name: str) -> Markup:
     """Return a file of ours as it is."""
-    loader = environment.loader
+    loader = templates.loader
     assert loader is not None  # noqa: S101 - set where it is made
-    return Markup(loader.get_source(environment, name)[0])  # noqa: S704 - ours
+    return Markup(loader.get_source(templates, name)[0])  # noqa: S704 - ours
 
 
-def _script(environment: Environment) -> Markup:
+def _script(templates: Environment) -> Markup:
     """Return uPlot with its licence, and what this page does with it, as one script."""
     licence, drawing, page, shown = (
-        _ours(environment, name)
+        _ours(templates, name)
         for name in (
             "vendor/uplot/LICENSE.txt", "vendor/uplot/uPlot.iife.min.js", "page.js", "live.js"
         )
