@@ -94,10 +94,10 @@ def data_sets(content: bytes) -> Iterator[UffDataSet]:
             raise UffError(start, "a data set has no number")
         body = _after_line(content, start)
         if line[6:7].lower() == b"b" and int(kind) == 58:
-            stop = skip_lines(content, body, HEAD) + integer(line[31:43], start)
+            stop = below_head(content, body) + integer(line[31:43], start)
             closing = _MARK_HERE.match(content, _after_blank(content, stop))
             if closing is None:  # pyuff counts half the bytes of complex numbers
-                counted = skip_lines(content, body, HEAD) + _counted(content, body)
+                counted = below_head(content, body) + _counted(content, body)
                 closing = _MARK_HERE.match(content, _after_blank(content, counted))
                 stop = stop if closing is None else counted
             if closing is None and stop <= len(content) and content[stop:].strip():
@@ -118,7 +118,7 @@ def data_sets(content: bytes) -> Iterator[UffDataSet]:
 
 def _counted(content: bytes, body: int) -> int:
     """Return the bytes of a binary record by its type and count; 0 where they are not said."""
-    head = content[body : skip_lines(content, body, HEAD)].splitlines()
+    head = content[body : below_head(content, body)].splitlines()
     try:
         kind, count, spacing = (int(head[6][at : at + 10]) for at in (0, 10, 20))
     except (ValueError, IndexError):
@@ -133,9 +133,9 @@ def _after_line(content: bytes, at: int) -> int:
     return end + 1 if end >= 0 else len(content)
 
 
-def skip_lines(content: bytes, at: int, count: int) -> int:
-    """Return where the lines end; beyond the file where there are fewer."""
-    for _ in range(count):
+def below_head(content: bytes, at: int) -> int:
+    """Return where the lines of a head end; beyond the file where there are fewer."""
+    for _ in range(HEAD):
         end = content.find(b"\n", at)
         if end < 0:
             return len(content) + 1

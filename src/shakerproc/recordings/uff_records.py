@@ -18,8 +18,8 @@ from shakerproc.geometry.data_sets import (
     TYPES,
     UffDataSet,
     UffError,
+    below_head,
     integer,
-    skip_lines,
 )
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.times import is_time
@@ -123,7 +123,7 @@ def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Re
     UffError
         If its header is not what it should be, or it holds other than it says.
     """
-    body = skip_lines(content, found.start, HEAD)
+    body = below_head(content, found.start)
     lines = content[found.start : body].splitlines()
     if found.cut and (body > found.stop or len(lines) < HEAD):
         return Record((), 1, "", "", 0.0, -1, np.empty(0), is_complex=False, cut=True)

@@ -113,33 +113,32 @@ def tones_of(
     return tuple(found)
 
 
-def amount_of(written: object, units: tuple[str, str], largest_share: float) -> Amount:
-    """Return a quantity written in one of two units, the second of which is a share, ``1``.
+def amount_of(written: object, wanted: str) -> Amount:
+    """Return a quantity written in a unit, or in % as a share of unit ``1``.
 
     Raises
     ------
     ValueError
         If it is none, not above 0, or a share that is too large.
     """
-    first, share = units
     unit = written.lstrip(_NUMBER) if isinstance(written, str) else ""
-    chosen = first if is_unit_of(unit, first) else share
-    if not isinstance(written, str) or not (chosen == first or unit == "%"):
-        raise ValueError(f"expected a number in {first} or in %, got {quoted(written)}")
+    chosen = wanted if is_unit_of(unit, wanted) else "1"
+    if not isinstance(written, str) or not (chosen == wanted or unit == "%"):
+        raise ValueError(f"expected a number in {wanted} or in %, got {quoted(written)}")
     value = to_si(written, chosen)
-    if value <= 0.0 or (chosen == share and value >= largest_share):
+    if value <= 0.0 or (chosen == "1" and value >= 1.0):
         raise ValueError(
-            f"expected more than 0 {first}, or between 0 and 100 %, got {quoted(written)}"
+            f"expected more than 0 {wanted}, or between 0 and 100 %, got {quoted(written)}"
         )
     return Amount(value, chosen)
 
 
 def _trigger(written: object) -> Amount:
-    return amount_of(written, ("N", "1"), 1.0)
+    return amount_of(written, "N")
 
 
 def _exponential(written: object) -> Amount | None:
-    return None if written == "none" else amount_of(written, ("s", "1"), 1.0)
+    return None if written == "none" else amount_of(written, "s")
 
 
 class HammerSection(Section):
