@@ -12,7 +12,7 @@ from shakerproc.runs import RunSummary
 from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.remarks import by_tests
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.log_runs import run_log
+from shakerproc.workflows.campaign import run_log
 from shakerproc.workflows.machines import Machines
 
 

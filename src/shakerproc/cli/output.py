@@ -14,7 +14,7 @@ import typer
 
 from shakerproc import files
 from shakerproc.cli import tables
-from shakerproc.cli.grouped_help import RESULTS
+from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
 from shakerproc.workflows.folders import checked_folder, own_folder

@@ -42,10 +42,6 @@ if TYPE_CHECKING:
     from shakerproc.comparison import Measured
     from shakerproc.report.evidence.decays import Decays
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from pandas import DataFrame
-
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-if TYPE_CHECKING:
     from shakerproc.data import Recording
     from shakerproc.planning import Staging
     from shakerproc.testlog import Test, TestLog

@@ -17,6 +17,7 @@ from shakerproc.recordings.raw import Sampling
 from shakerproc.report.page.page import Watched, tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
+from shakerproc.workflows.campaign import run_log
 from shakerproc.workflows.draft import (
     controls_of_seen,
     crop_of,
@@ -25,7 +26,6 @@ from shakerproc.workflows.draft import (
     own_channels,
     test_lines,
 )
-from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.recordings_seen import SeenRecording, seen_of
 from shakerproc.workflows.write_up import TrendWish, units_of, write_up

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shakerproc.cli import next_step, options, output
-from shakerproc.cli.grouped_help import EVIDENCE, MACHINES, TRENDS
+from shakerproc.cli.commands import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import CampaignResult

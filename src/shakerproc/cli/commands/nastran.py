@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from shakerproc.cli import output
-from shakerproc.cli.grouped_help import GroupedCommand
+from shakerproc.cli.commands import GroupedCommand
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import next_step, options, output
-from shakerproc.cli.grouped_help import CROP, TEST
+from shakerproc.cli.commands import CROP, TEST
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 

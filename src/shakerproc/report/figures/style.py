@@ -4,15 +4,17 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from io import BytesIO
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+NOTEBOOK_DPI: Final = 100
+"""Resolution of a figure in a notebook [dots per inch]."""
 
 FIRST: Final = "DejaVu Sans"
 """Comes with matplotlib: Latin, Greek, Cyrillic, Hebrew, Arabic, signs of mathematics."""
@@ -162,15 +164,13 @@ def figure(
     for a `head` and, if wanted, a `legend` above the axes; otherwise matplotlib finds room for
     every label.
     """
-    from shakerproc.report.figures.notebook import NotebookFigure
-
     if left is None:
-        made = NotebookFigure(figsize=(width, height), layout="constrained")
+        made = notebook_figure()(figsize=(width, height), layout="constrained")
         axes = made.subplots(rows, 1, sharex=sharex, squeeze=False)
     else:
         above = HEAD + (LEGEND if legend else 0.0)
         height += above
-        made = NotebookFigure(figsize=(width, height))
+        made = notebook_figure()(figsize=(width, height))
         grid = {
             "left": left / width,
             "right": 1.0 - 0.15 / width,
@@ -272,3 +272,20 @@ def name(axis: "Axes", name: str) -> None:
         fontsize=8.0,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )
+
+
+@cache
+def notebook_figure() -> "type[Figure]":
+    """Return the class of figures that show themselves in a notebook without any set-up."""
+    from matplotlib.figure import Figure
+
+    class NotebookFigure(Figure):
+        """A figure that is its own picture as the last line of a cell."""
+
+        def _repr_png_(self) -> bytes:
+            write_legibly(self)
+            buffer = BytesIO()
+            self.savefig(buffer, format="png", dpi=NOTEBOOK_DPI)
+            return buffer.getvalue()
+
+    return NotebookFigure
