@@ -11,7 +11,7 @@ from tests.in_process import completed
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import write_tdms
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.testlog import header
+from shakerproc.testlog import chosen_units
 
 G, RATE, PER_G = 9.80665, 1000.0, 12.5e-6
 """The laser sees 12.5 µm for each g of the table, at every frequency."""
@@ -118,5 +118,5 @@ def test_only_lengths_and_angles_change_where_no_unit_is_chosen(unit, wanted, fa
 
 
 def test_a_chosen_unit_counts_more_and_a_torque_is_no_force():
-    assert ShownUnits(header(["SI"])).unit("m") == ("m", 1.0)
-    assert ShownUnits(header(["lbf"])).text("3 N m and 3 N") == "3 N m and 0.6744 lbf"
+    assert ShownUnits(chosen_units(["SI"])).unit("m") == ("m", 1.0)
+    assert ShownUnits(chosen_units(["lbf"])).text("3 N m and 3 N") == "3 N m and 0.6744 lbf"

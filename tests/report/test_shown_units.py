@@ -8,12 +8,12 @@ from shakerproc.errors import DocumentError
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.page import EXAMPLE, Report, html
 from shakerproc.report.runs.in_units import run_in
-from shakerproc.testlog import header, read_testlog
+from shakerproc.testlog import chosen_units, read_testlog
 from shakerproc.workflows.write_up import units_of
 
 
 def shown(*words):
-    return ShownUnits(header(words))
+    return ShownUnits(chosen_units(words))
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_every_number_of_a_run_follows_its_unit():
 @pytest.mark.parametrize("word", ["furlong", "Hz", "", "mil/"])
 def test_a_wrong_unit_is_one_line(word):
     with pytest.raises(ValueError, match="expected SI, or units of acceleration") as caught:
-        header([word])
+        chosen_units([word])
     assert "\n" not in str(caught.value)
 
 

@@ -21,7 +21,7 @@ from shakerproc.report.figures import image
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.page import Report, html, write_report
 from shakerproc.runs import process_recording, summary_of
-from shakerproc.testlog import Processing, Test, header
+from shakerproc.testlog import Processing, Test, chosen_units
 from shakerproc.testlog.analyses import ShownSpectrogram
 from shakerproc.testlog.processing import Welch
 
@@ -89,7 +89,7 @@ def test_the_page_shows_the_levels_in_colours_of_viridis(run):
 
 
 def test_the_levels_follow_the_units_of_the_report(run):
-    page = html(Report("A", [run], units=ShownUnits(header(["SI"]))))
+    page = html(Report("A", [run], units=ShownUnits(chosen_units(["SI"]))))
     top = run.surface.high_db + 20.0 * np.log10(STANDARD_GRAVITY)
     assert "Density of tip in dB re 1 (m/s²)²/Hz" in page
     assert f"<span>{top:.0f}</span></p>".replace("-", "−") in page
