@@ -18,7 +18,7 @@ from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.modal.from_log import analyse_test
 from shakerproc.runs import process_recording
 from shakerproc.testlog import Hammer, Processing, Test, read_testlog
-from shakerproc.testlog.hammer import Amount
+from shakerproc.testlog.excitation import Amount
 
 WINDOWS = {
     "2 s, none": Hammer(length=2.0),

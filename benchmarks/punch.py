@@ -14,7 +14,7 @@ from tests.exchange.punch_writer import write_punch
 
 def main() -> None:
     """Write a punch file of that size, read it, and say how long each took."""
-    from shakerproc.exchange.punch_recording import recording_of_punch
+    from shakerproc.exchange.nastran_punch import recording_of_punch
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--megabytes", type=float, default=40.0)

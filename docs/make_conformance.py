@@ -28,7 +28,7 @@ from shakerproc.spectra.shock import shock_spectra, transitions
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.analyses import Shock
 from shakerproc.testlog.excitation import LevelKind
-from shakerproc.testlog.expectations import nominal_duration
+from shakerproc.testlog.one_test import nominal_duration
 from shakerproc.units import to_si
 
 PAGE = Path(__file__).with_name("conformance.md")

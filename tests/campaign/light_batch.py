@@ -8,9 +8,9 @@ from tests.campaign.light_work import light_work
 from tests.within import WithinExecutor
 
 from shakerproc.campaign.batch import Execution, run_batch
-from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.jobs import Products
-from shakerproc.campaign.lock import locked
+from shakerproc.campaign.result_folder import locked
+from shakerproc.campaign.tables import write_tables
 from shakerproc.executors import Limits, ProcessExecutor
 from shakerproc.testlog import read_testlog
 from shakerproc.units import to_si

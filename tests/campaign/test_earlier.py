@@ -8,8 +8,8 @@ from shakerproc import files
 from shakerproc.campaign.earlier import change_columns, changes, read_earlier
 from shakerproc.errors import TableError
 from shakerproc.report.figures.units import USUAL
-from shakerproc.report.page.trial import EXAMPLE
-from shakerproc.report.trends.earlier import earlier_section
+from shakerproc.report.page.page import EXAMPLE
+from shakerproc.report.trends import earlier_section
 
 
 def run_of(test, *peaks, level=1.0):

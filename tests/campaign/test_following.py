@@ -8,7 +8,7 @@ import scipy.linalg
 from tests.campaign.test_summary_and_trends import SPECTRUM
 
 from shakerproc.campaign import trends
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary
 
 NAMES = ("bracket", "coupon", "tip")

@@ -12,7 +12,7 @@ from tests.campaign.test_campaign import HereExecutor, batch
 from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc.campaign.jobs import Products
-from shakerproc.cli.run_log import tell_outdated
+from shakerproc.cli.batch_output import tell_outdated
 from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import WatchedFile, open_recording, read_hashed

@@ -11,8 +11,8 @@ from tests.small_campaign import write_campaign
 
 from shakerproc import files
 from shakerproc.campaign import tables, trends
-from shakerproc.campaign.collecting import write_parquet
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.tables import write_parquet
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import LogError
 from shakerproc.runs import (
     process_test,

@@ -18,8 +18,7 @@ from shakerproc.errors import LogError, RecordingError
 from shakerproc.recordings import Sampling
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
-from shakerproc.workflows.watching import Pace, Watch
+from shakerproc.workflows.watching import DraftedLog, GivenLog, Pace, Watch, WatchedLog
 from shakerproc.workflows.write_up import TrendWish
 
 QUICK = ("--settle", 0.2, "--every", 0.1, "--idle", 0.5, "--no-figures", "--workers", 1)
@@ -203,7 +202,7 @@ def test_results_around_the_recordings_are_refused(tmp_path, capsys):
 
 
 def test_a_folder_that_another_watch_has_is_locked(tmp_path):
-    from shakerproc.campaign.lock import locked
+    from shakerproc.campaign.result_folder import locked
 
     with locked(tmp_path / "results"):
         assert run("watch", tmp_path, *QUICK) == 75

@@ -13,10 +13,9 @@ from tests.small_campaign import CHANNELS, RATE, samples, write_campaign, write_
 from typer.testing import CliRunner
 
 from shakerproc import __version__, files
-from shakerproc.campaign.lock import locked
+from shakerproc.campaign.result_folder import locked
 from shakerproc.cli import build_app
-from shakerproc.cli.commands import COMMANDS
-from shakerproc.cli.grouped_help import GROUPS
+from shakerproc.cli.commands import COMMANDS, GROUPS
 from shakerproc.data import recording_of_arrays
 from shakerproc.recordings import write_tdms
 

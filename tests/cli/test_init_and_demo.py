@@ -16,8 +16,8 @@ from shakerproc.model_files import read_model
 from shakerproc.recordings import open_recording, write_tdms
 from shakerproc.runs import process_test
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows import example
-from shakerproc.workflows.example import write_example
+from shakerproc.workflows import draft
+from shakerproc.workflows.draft import write_example
 
 SCRIPT = Path(__file__).resolve().parents[2] / "sample_data" / "make_example.py"
 PLAY = 5e-5  # what the script simulates [m]
@@ -91,7 +91,7 @@ def write_short_example(folder):
 @pytest.mark.timeout(600)
 def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
     seek_few(monkeypatch, {"gap", "cubic_stiffness"})
-    monkeypatch.setattr(example, "write_example", write_short_example)
+    monkeypatch.setattr(draft, "write_example", write_short_example)
     module = import_module("shakerproc.cli.commands.demo")  # the name is the function's too
     monkeypatch.setattr(module, "sample_log", lambda: None)
     target = tmp_path / "demo.json"

@@ -14,7 +14,7 @@ from shakerproc.executors import TaskOutcome
 from shakerproc.model_files import read_model
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows import diagnose_remote, evidence
+from shakerproc.workflows import diagnosis, evidence
 from shakerproc.workflows.machines import Machines
 
 
@@ -85,7 +85,7 @@ def test_a_diagnosis_of_other_recordings_elsewhere_is_refused(files, monkeypatch
 
     monkeypatch.setattr(Machines, "executor", lambda _self: Elsewhere())
     with pytest.raises(DiagnosisError, match="the worker read other recordings"):
-        diagnose_remote.judged(
+        diagnosis.judged(
             known, read_testlog(log), usable, Machines(scheduler="x"), seed=0, progress=print
         )
 

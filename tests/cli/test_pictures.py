@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cli.terminal import shown_on_terminal
 
-from shakerproc.cli import braille, tables
+from shakerproc.cli import tables
+from shakerproc.cli.commands import effects
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.models import EFFECTS
 
@@ -37,7 +38,7 @@ def dots(picture):
 
 
 def test_a_straight_line_runs_from_corner_to_corner():
-    picture = braille.curve([-1.0, 0.0, 1.0], [-5.0, 0.0, 5.0], 8, 4)
+    picture = effects.curve([-1.0, 0.0, 1.0], [-5.0, 0.0, 5.0], 8, 4)
     assert {(15, 0), (0, 15)} <= dots(picture)
     assert len(picture.splitlines()) == 4
 
@@ -48,7 +49,7 @@ def test_a_straight_line_runs_from_corner_to_corner():
 )
 def test_every_point_is_drawn_within_the_picture(points, size):
     x, y = zip(*points, strict=True)
-    picture = braille.curve(x, y, size, size)
+    picture = effects.curve(x, y, size, size)
     assert [len(line) for line in picture.splitlines()] == [size] * size
     assert 1 <= len(dots(picture)) <= len(points)
 

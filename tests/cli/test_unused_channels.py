@@ -11,7 +11,7 @@ from tests.small_campaign import RATE, samples, write_campaign
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.diagnosis.result import Diagnosis, Errors, Pair, Where
 from shakerproc.recordings import write_tdms
-from shakerproc.workflows import diagnose_remote
+from shakerproc.workflows import diagnosis
 
 MODEL = """\
 model: 1
@@ -131,7 +131,7 @@ def _judge_nothing(monkeypatch):
     """Let a diagnosis end at once: what is told of channels does not depend on it."""
     none = Errors(Pair(1.0, 1.0), Pair(1.0, 1.0), 1.0)
     found = Diagnosis("cannot tell", "Nothing was tried.", (), (), none, (), Where(), ())
-    monkeypatch.setattr(diagnose_remote, "diagnose_tests", lambda *_, **__: found)
+    monkeypatch.setattr(diagnosis, "diagnose_tests", lambda *_, **__: found)
 
 
 def test_inspect_names_what_holds_no_numbers(tmp_path, capsys):

@@ -13,7 +13,7 @@ from shakerproc.data import ArraySource
 from shakerproc.diagnosis import adding
 from shakerproc.errors import DiagnosisError
 from shakerproc.recordings import open_recording, write_tdms
-from shakerproc.workflows import comparison, diagnose_remote
+from shakerproc.workflows import comparison, diagnosis
 
 
 def spiked(response):
@@ -56,7 +56,7 @@ def faulty(request, sound):
 
 LONG_WORK = {
     "compare": (comparison, "compare_tests"),
-    "diagnose": (diagnose_remote, "diagnose_tests"),
+    "diagnose": (diagnosis, "diagnose_tests"),
     "add": (adding, "add_to_arrays"),
 }
 

@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 from shakerproc.cli import build_app
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import ModelError
-from shakerproc.exchange.nastran_cards import cards_of
-from shakerproc.exchange.nastran_decks import forces_of_deck, transient_deck
+from shakerproc.exchange.nastran_decks import cards_of, forces_of_deck, transient_deck
 from shakerproc.model_files.deck_of_model import check_places, deck_of_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.effects.attached_mode import AttachedMode

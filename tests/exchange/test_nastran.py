@@ -7,12 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import ExchangeError
-from shakerproc.exchange.nastran_cards import card, real16
 from shakerproc.exchange.nastran_decks import (
     Bush,
     PlateDeck,
     TransientDeck,
+    card,
     plate_deck,
+    real16,
     transient_deck,
 )
 from shakerproc.exchange.nastran_punch import read_punch

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from shakerproc.cli import build_app
 from shakerproc.errors import ExchangeError
 from shakerproc.exchange.nastran_decks import TransientDeck, transient_deck
-from shakerproc.exchange.punch_recording import recording_of_punch
+from shakerproc.exchange.nastran_punch import recording_of_punch
 
 RATE, RESONANCE, DAMPING = 500.0, 37.0, 0.02
 

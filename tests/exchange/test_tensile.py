@@ -7,8 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import ExchangeError
-from shakerproc.exchange.joint_stiffness import all_alike, joint_stiffness, slope
-from shakerproc.exchange.tensile import TensileRun, read_tensile
+from shakerproc.exchange.tensile import (
+    TensileRun,
+    all_alike,
+    joint_stiffness,
+    read_tensile,
+    slope,
+)
 
 
 @pytest.mark.shared

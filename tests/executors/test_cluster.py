@@ -22,7 +22,7 @@ from tests.small_campaign import write_campaign
 from shakerproc.errors import ClusterError
 from shakerproc.executors import ClusterExecutor, Limits, Task
 from shakerproc.executors import cluster as cluster_executor
-from shakerproc.executors.remote import attempt, versions
+from shakerproc.executors.cluster import attempt, versions
 
 ROOT = Path(__file__).parents[2]
 CAUSES = {

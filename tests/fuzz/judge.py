@@ -12,7 +12,7 @@ from tests.fuzz.seeds import RATE, Seed
 
 from shakerproc.data import Recording
 from shakerproc.errors import ShakerprocError
-from shakerproc.recordings import hashing, health
+from shakerproc.recordings import health, source_files
 from shakerproc.runs import open_path
 from shakerproc.testlog import Test, read_testlog
 
@@ -39,7 +39,7 @@ OUTCOMES = (
 GOOD = OUTCOMES[:8]
 
 
-hashing._TICK = 0
+source_files._TICK = 0
 
 
 class TooLongError(BaseException):

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from typer.testing import CliRunner
 
-from shakerproc.campaign.collecting import write_tables
+from shakerproc.campaign.tables import write_tables
 from shakerproc.cli import build_app
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import write_parquet, write_tdms

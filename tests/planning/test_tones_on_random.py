@@ -9,7 +9,7 @@ from shakerproc.planning.drive import drive_of_test
 from shakerproc.planning.plan import PlanWish
 from shakerproc.planning.planned import plan_campaign
 from shakerproc.testlog import Test, read_testlog
-from shakerproc.testlog.tones import DemandedTone
+from shakerproc.testlog.excitation import DemandedTone
 
 G, RATE, SECONDS, FLOOR = 9.80665, 2048.0, 40.0, 0.01
 TONES = ((17.25, 2.5), (34.5, 1.5))

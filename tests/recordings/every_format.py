@@ -33,7 +33,7 @@ from typer.testing import CliRunner
 from shakerproc.cli import build_app
 from shakerproc.recordings import open_recording
 from shakerproc.recordings.opening import read_whole
-from shakerproc.recordings.time_axis import Sampling
+from shakerproc.recordings.raw import Sampling
 
 RATE, N = 2000.0, 16_000
 NAMES = ("control", "response")

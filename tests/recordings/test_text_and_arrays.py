@@ -22,7 +22,7 @@ from shakerproc.recordings import (
     write_parquet,
     write_uff,
 )
-from shakerproc.recordings.frames import Frames
+from shakerproc.recordings.raw import Frames
 
 
 @pytest.fixture

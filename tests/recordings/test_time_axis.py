@@ -18,8 +18,7 @@ from tests.recordings import shared_data
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import Sampling, contents, file_flags, open_recording
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis, half_digit
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis, half_digit
 from shakerproc.recordings.time_base import time_base
 
 RATE = 2000.0

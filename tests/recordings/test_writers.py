@@ -129,9 +129,9 @@ def test_mat_is_a_matrix_with_names(tmp_path):
 
 
 def test_mat_that_is_too_long_is_refused(tmp_path, monkeypatch):
-    from shakerproc.recordings.writers import matlab
+    from shakerproc.recordings.writers import by_libraries
 
-    monkeypatch.setattr(matlab, "LARGEST", 100)
+    monkeypatch.setattr(by_libraries, "LARGEST", 100)
     with pytest.raises(RecordingError, match=r"more than a \.mat file can hold"):
         write_mat(tmp_path / "out.mat", example(100))
     assert not list(tmp_path.iterdir())

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
-from shakerproc.report.page.page import Report, html
-from shakerproc.report.page.trial import EXAMPLE
+from shakerproc.report.page.page import EXAMPLE, Report, html
 
 LETTERS = 11.0
 """Height of the letters of an axis [px]."""

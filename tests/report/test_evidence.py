@@ -20,8 +20,8 @@ from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
-from shakerproc.report.evidence import laws
-from shakerproc.report.evidence.estimates import interval
+from shakerproc.report.evidence import motion
+from shakerproc.report.evidence.errors import interval
 from shakerproc.report.evidence.models import Models, loudest, unit_of_sensor
 from shakerproc.report.evidence.motion import cloud
 from shakerproc.report.evidence.sections import ONE_METHOD, sections
@@ -264,11 +264,11 @@ def test_laws_of_rivals_are_drawn_by_their_numbers(models):
             Tried("offset_gap", ("base", "coupon"), 0.02, 0.03, other),
         ),
     )
-    assert [t.kind for t in laws.alternatives(told)] == ["gap", "offset_gap"]
-    assert laws.laws(models, DIAGNOSIS) is None
-    drawing = laws.laws(models, told)
+    assert [t.kind for t in motion.alternatives(told)] == ["gap", "offset_gap"]
+    assert motion.laws(models, DIAGNOSIS) is None
+    drawing = motion.laws(models, told)
     assert "gap" in str(drawing.drawing)
-    z, force = laws.forced_cycle(laws.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
+    z, force = motion.forced_cycle(motion.effect_of(told.candidates[0]), 3.0 * CLEARANCE, 100.0)
     expected = CONTACT * np.sign(z) * np.maximum(np.abs(z) - CLEARANCE, 0.0)
     assert_allclose(force, expected, atol=1e-9 * CONTACT)
 

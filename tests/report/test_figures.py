@@ -13,7 +13,7 @@ from shakerproc.report.runs import drawing
 from shakerproc.report.runs.analyses import limits
 from shakerproc.report.runs.drawing import draw_run, run_figure
 from shakerproc.report.runs.figures import IN_FILES
-from shakerproc.report.trends.figures import draw_trends, page_figures, trend_figure
+from shakerproc.report.trends import draw_trends, page_figures, trend_figure
 from shakerproc.runs import process_recording, process_test, summary_of
 from shakerproc.runs.analysis import PanelLine, PanelScale
 from shakerproc.runs.curves import unbroken_phase

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from shakerproc.report.figures import style, to_png
-from shakerproc.report.figures.glyphs import families, legible
+from shakerproc.report.figures.style import families, legible
 
 
 def test_a_character_of_no_font_is_its_code_and_others_stay():

@@ -11,9 +11,9 @@ from shakerproc.diagnosis.joint_outcomes import FurtherMode, Outside
 from shakerproc.diagnosis.result import Errors, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.report.evidence import laws as drawing
-from shakerproc.report.evidence.estimates import interval
-from shakerproc.report.evidence.laws import effect_of
+from shakerproc.report.evidence import motion as drawing
+from shakerproc.report.evidence.errors import interval
+from shakerproc.report.evidence.motion import effect_of
 from shakerproc.report.evidence.sections import diagnosis_section, error_ladder
 from shakerproc.report.page.methods import methods_of
 

@@ -6,8 +6,7 @@ import pytest
 
 from shakerproc.errors import DocumentError
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.report.page.page import Report, html
-from shakerproc.report.page.trial import EXAMPLE
+from shakerproc.report.page.page import EXAMPLE, Report, html
 from shakerproc.report.runs.in_units import run_in
 from shakerproc.testlog import chosen_units, read_testlog
 from shakerproc.workflows.write_up import units_of

@@ -1,7 +1,7 @@
 """The same thing has the same colour in all trends."""
 
 from shakerproc.campaign.trend import Trend, TrendPoint
-from shakerproc.report.trends.styles import series_styles
+from shakerproc.report.trends import series_styles
 
 
 def trend(**series):

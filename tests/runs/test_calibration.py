@@ -15,7 +15,7 @@ from shakerproc.errors import LogError, ShakerprocError
 from shakerproc.recordings import write_tdms
 from shakerproc.runs import open_test, process_recording
 from shakerproc.testlog import read_testlog
-from shakerproc.testlog.calibration import read_calibrations
+from shakerproc.testlog.sheets import read_calibrations
 
 HEADER = ["Serial number", "Sensitivity", "Unit", "Calibrated", "Valid until"]
 ROWS = [

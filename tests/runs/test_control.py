@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from tests.small_campaign import write_campaign
 
 from shakerproc.runs import process_test
-from shakerproc.runs.control import BEYOND_ALARM, control_told
 from shakerproc.runs.flags import EDGE_OF_SWEEP, control_density, control_sweep
-from shakerproc.runs.levels import mismatch
+from shakerproc.runs.levels import BEYOND_ALARM, control_told, mismatch
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep

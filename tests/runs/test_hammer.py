@@ -14,7 +14,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
 from shakerproc.spectra.responses.driving_point import power_share
 from shakerproc.testlog import Hammer, Peaks, Processing, Test, TimeCrop
-from shakerproc.testlog.hammer import Amount
+from shakerproc.testlog.excitation import Amount
 
 CHANNELS = (
     Channel("hammer", "N", "hammer", "N", "force"),

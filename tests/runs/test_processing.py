@@ -14,15 +14,15 @@ from shakerproc.errors import LogError, RecordingError, SpectrumError
 from shakerproc.runs import (
     UnitOption,
     find_crop,
-    notch,
     open_path,
     open_test,
     process_recording,
     process_test,
     tables,
+    tones,
     usual_roles,
 )
-from shakerproc.runs.envelope import envelope
+from shakerproc.runs.thinning import envelope
 from shakerproc.testlog import Processing, Test, ThresholdCrop, TimeCrop, Welch, read_testlog
 
 RANDOM = Test(
@@ -193,7 +193,7 @@ def test_damping_is_read_from_longer_segments_where_these_do_not_resolve_it():
 
 
 def test_a_long_notch_is_cut_from_the_middle_and_says_so(monkeypatch):
-    monkeypatch.setattr(notch, "FILTERED", round(10.0 * RATE))
+    monkeypatch.setattr(tones, "FILTERED", round(10.0 * RATE))
     rows = samples(250.0, seconds=20.0)
     rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(rows.shape[1]) / RATE)
     result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))

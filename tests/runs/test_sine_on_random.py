@@ -9,7 +9,7 @@ from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.testlog import Processing, Profile, Test, Welch
-from shakerproc.testlog.tones import DemandedTone
+from shakerproc.testlog.excitation import DemandedTone
 
 RATE, SECONDS, FLOOR = 1024.0, 20.0, 0.01
 TIME = np.arange(int(RATE * SECONDS)) / RATE

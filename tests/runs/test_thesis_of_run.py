@@ -12,7 +12,7 @@ from tests.small_campaign import RATE, samples, write_recording
 from shakerproc.data import STANDARD_GRAVITY, Channel, ChannelUse
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import open_path, process_recording
-from shakerproc.runs.thesis import thesis_names, thesis_tables_of, write_thesis_tables
+from shakerproc.runs.tables import thesis_names, thesis_tables_of, write_thesis_tables
 from shakerproc.spectra import sample_at
 from shakerproc.testlog import Test, ThresholdCrop, TimeCrop, Welch
 

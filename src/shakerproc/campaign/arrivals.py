@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeAlias, final
 
-from shakerproc.campaign import lock, manifest
+from shakerproc.campaign import manifest, result_folder
 from shakerproc.recordings import READERS
 
-_OURS: Final = frozenset({lock.NAME, manifest.NAME})
+_OURS: Final = frozenset({result_folder.NAME, manifest.NAME})
 """A folder with one of these holds results, of which some have the ending of a recording."""
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc import files
-from shakerproc.campaign.collecting import write_parquet
+from shakerproc.campaign.tables import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.recordings.writers.uff import (
     COHERENCE,
@@ -19,9 +19,9 @@ from shakerproc.recordings.writers.uff import (
     NONE,
     QUANTITIES,
     RESPONSE,
-    Axis,
     End,
-    Head,
+    RecordAxis,
+    RecordHead,
     direction_of,
     write_function,
 )
@@ -171,13 +171,13 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
         )
 
 
-def _head(result: RunResult, curve: _Curve) -> Head:
+def _head(result: RunResult, curve: _Curve) -> RecordHead:
     start = "" if result.start_time is None else f"{result.start_time:%d-%b-%y %H:%M:%S}"
     spectra = result.spectra
     cut = f", INCOMPLETE {result.told_length}" if result.incomplete else ""
     is_ratio = curve.kind == RESPONSE
     over = [_axis(result, curve.inputs[0])] if is_ratio else [NONE]
-    return Head(
+    return RecordHead(
         curve.kind,
         (
             curve.name,
@@ -191,14 +191,14 @@ def _head(result: RunResult, curve: _Curve) -> Head:
         0.0,
         float(spectra.bin_width),
         FREQUENCY,
-        Axis(_quantity(result, curve.row, curve.unit), "NONE", curve.unit),
+        RecordAxis(_quantity(result, curve.row, curve.unit), "NONE", curve.unit),
         *over,
     )
 
 
-def _axis(result: RunResult, row: int) -> Axis:
+def _axis(result: RunResult, row: int) -> RecordAxis:
     unit = shown_unit(result.channels[row].unit)[0]
-    return Axis(_quantity(result, row, unit), "NONE", unit)
+    return RecordAxis(_quantity(result, row, unit), "NONE", unit)
 
 
 def _end(result: RunResult, rows: Sequence[int]) -> End:

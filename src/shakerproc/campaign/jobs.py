@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 
 from shakerproc.data import SourceFile
 from shakerproc.errors import ShakerprocError
-from shakerproc.recordings.hashing import Seen
+from shakerproc.recordings.source_files import Seen
 from shakerproc.testlog import Test, TestLog
 
 RUNS: Final = "runs"

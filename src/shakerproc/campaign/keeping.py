@@ -8,7 +8,7 @@ from typing import final
 from shakerproc.campaign.result_table import ResultTable, read_table
 from shakerproc.errors import TableError
 from shakerproc.numerals import numeral
-from shakerproc.runs.calibrations import EXPIRED
+from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.remarks import by_tests
 
 

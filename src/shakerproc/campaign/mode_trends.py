@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from shakerproc.campaign.trend import Trend, TrendRequest, TrendValue
-from shakerproc.campaign.trend_sentences import shift_sentence
-from shakerproc.campaign.trends import label_of, standard_trends, trend_over
+from shakerproc.campaign.trends import label_of, shift_sentence, standard_trends, trend_over
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.tracking import Track
 from shakerproc.numerals import numeral

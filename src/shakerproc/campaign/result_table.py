@@ -9,8 +9,8 @@ from typing import Any, Final, final
 
 from shakerproc.errors import TableError
 from shakerproc.late import without_parquet
-from shakerproc.recordings.trial import check_survived
-from shakerproc.runs.former_names import former_note, present_name
+from shakerproc.recordings.guard import check_survived
+from shakerproc.runs.tables import former_note, present_name
 
 
 @final

@@ -15,8 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from shakerproc import __version__, files
 from shakerproc.cli import output
-from shakerproc.cli.commands import COMMANDS, FORMER
-from shakerproc.cli.grouped_help import GroupedCommand, GroupedCommands
+from shakerproc.cli.commands import COMMANDS, FORMER, GroupedCommand, GroupedCommands
 from shakerproc.errors import LockedError, ShakerprocError
 from shakerproc.late import seek_garbage_seldom
 

@@ -15,7 +15,7 @@ from shakerproc.modal.from_log import analyse_log
 from shakerproc.modal.scatter import told_scatter
 from shakerproc.numerals import numeral
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.modal_folder import write_modes
+from shakerproc.workflows.modal_files import write_modes
 from shakerproc.workflows.modal_tables import (
     document_of,
     reciprocity_columns,

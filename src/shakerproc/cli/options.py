@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from shakerproc.cli.grouped_help import MACHINES, READING, RESULTS, SPECTRA
+from shakerproc.cli.commands import MACHINES, READING, RESULTS, SPECTRA
 from shakerproc.late import without_parquet, without_xlsx
 
 if TYPE_CHECKING:

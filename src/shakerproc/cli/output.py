@@ -14,7 +14,7 @@ import typer
 
 from shakerproc import files
 from shakerproc.cli import tables
-from shakerproc.cli.grouped_help import RESULTS
+from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
 from shakerproc.workflows.folders import checked_folder, own_folder
@@ -22,6 +22,7 @@ from shakerproc.workflows.folders import checked_folder, own_folder
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from shakerproc.data import Recording
     from shakerproc.testlog import TestLog
 
 _BARS: Final[list["Console"]] = []
@@ -354,3 +355,13 @@ def _drawn_on(console: "Console") -> Iterator[None]:
         yield
     finally:
         _BARS.remove(console)
+
+
+def tell_faults(recording: "Recording", role: str | None, start: float, stop: float) -> None:
+    """Say what the health checks find of channels of a role, from `start` to `stop` [s]."""
+    from shakerproc.recordings import health, within
+
+    driving = {"", *(c.name for c in recording.channels if c.role == role)}
+    for flag in within(health(recording), start, stop):
+        if flag.channel in driving:
+            warning(flag.line)

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
-from shakerproc.runs.analyses.decay_words import DISPUTED, harmonic_of, law_words
+from shakerproc.runs.analyses.decays import DISPUTED, harmonic_of, law_words
 from shakerproc.runs.result import shown_unit
 from shakerproc.spectra.decays import Reading, at_amplitudes, trend_of
 

@@ -3,8 +3,7 @@
 Every message opens with ``file:line:column:``, says where, what was expected, what was found.
 """
 
-from shakerproc.documents.document import Document, read_document
-from shakerproc.documents.kinds import kind_of_file
+from shakerproc.documents.document import Document, kind_of_file, read_document
 from shakerproc.documents.schema import FromList, Section, misplaced
 from shakerproc.documents.tree import DocumentPlace, Key
 

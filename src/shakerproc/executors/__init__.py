@@ -4,14 +4,19 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from shakerproc.executors.base import AbstractExecutor, Cause, Task, TaskOutcome, Work
-from shakerproc.executors.memory import limited_memory
+from shakerproc.executors.base import (
+    AbstractExecutor,
+    Cause,
+    Task,
+    TaskOutcome,
+    Work,
+    limited_memory,
+)
 from shakerproc.late import loaded
 
 if TYPE_CHECKING:
     from shakerproc.executors.cluster import ClusterExecutor
-    from shakerproc.executors.processes import Limits, ProcessExecutor
-    from shakerproc.executors.threads import ThreadExecutor
+    from shakerproc.executors.processes import Limits, ProcessExecutor, ThreadExecutor
 
 __all__ = [
     "AbstractExecutor",
@@ -30,7 +35,7 @@ _LATE: Final[Mapping[str, str]] = MappingProxyType({
     "ClusterExecutor": "cluster",
     "Limits": "processes",
     "ProcessExecutor": "processes",
-    "ThreadExecutor": "threads",
+    "ThreadExecutor": "processes",
 })
 """Module of each executor: a process that has tasks given needs none."""
 

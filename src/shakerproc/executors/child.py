@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from shakerproc.errors import ShakerprocError
-from shakerproc.executors.memory import limit_memory
+from shakerproc.executors.base import limit_memory
 from shakerproc.late import seek_garbage_seldom
 
 

@@ -1,4 +1,4 @@
-"""Processes of this machine, each with one task at a time."""
+"""Processes of this machine, each with one task at a time, and its threads."""
 
 import contextlib
 import json
@@ -12,6 +12,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -271,3 +272,29 @@ def _how_it_died(exitcode: int | None) -> str:
         f"its process ended with status {exitcode}, also when it ran alone; a library may have "
         "given up at the memory limit (--memory-limit)"
     )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ThreadExecutor(AbstractExecutor):
+    """Threads of this process; nothing is isolated, and an exception ends it all.
+
+    Attributes
+    ----------
+    n_workers : int
+        Threads at a time.
+    """
+
+    n_workers: int
+
+    def __post_init__(self) -> None:
+        checks.positive("n_workers", self.n_workers, "threads")
+
+    def run(self, work: Work, tasks: Sequence[Task]) -> Iterator[TaskOutcome]:
+        with ThreadPoolExecutor(self.n_workers) as pool:
+            waiting = {pool.submit(work, task.argument): task for task in tasks}
+            try:
+                for done in as_completed(waiting):
+                    yield TaskOutcome(waiting[done].name, done.result())
+            finally:
+                pool.shutdown(cancel_futures=True)

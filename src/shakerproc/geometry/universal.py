@@ -13,7 +13,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.geometry.data_sets import DataSet, UffError, data_sets
+from shakerproc.geometry.data_sets import UffDataSet, UffError, data_sets
 from shakerproc.geometry.wireframe import Axes, Wireframe, problem_of
 
 NODES: Final = (15, 781, 2411)
@@ -55,7 +55,7 @@ class _System:
     origin: FloatArray
 
 
-def units_of(content: bytes, found: Sequence[DataSet]) -> Units:
+def units_of(content: bytes, found: Sequence[UffDataSet]) -> Units:
     """Return the units of a file, by its data set 164; SI without one.
 
     Raises
@@ -97,7 +97,7 @@ def read_wireframe(content: bytes) -> Wireframe:
 
 
 def wireframe_of(
-    content: bytes, found: Sequence[DataSet], units: Units
+    content: bytes, found: Sequence[UffDataSet], units: Units
 ) -> tuple[Wireframe, list[str]]:
     """Return nodes [m], lines and surfaces of a universal file, and what was left out.
 
@@ -146,7 +146,7 @@ def _told(nodes: Sequence[int]) -> str:
 
 
 def _nodes(
-    content: bytes, found: Sequence[DataSet]
+    content: bytes, found: Sequence[UffDataSet]
 ) -> Iterator[tuple[int, tuple[int, int], FloatArray]]:
     """Yield number, systems of definition and of measurement, and coordinates of each node.
 
@@ -171,7 +171,7 @@ def _nodes(
             yield int(row[0]), (int(row[1]), int(row[2])), np.array(row[4:])
 
 
-def _traces(content: bytes, one: DataSet) -> Iterator[tuple[int, ...]]:
+def _traces(content: bytes, one: UffDataSet) -> Iterator[tuple[int, ...]]:
     """Yield the lines of a data set 82: 0 lifts the pen."""
     drawn = [int(number) for row in _numbers(content, one)[2:] for number in row]
     for lifted, numbers in groupby(drawn, key=lambda number: number == 0):
@@ -180,7 +180,7 @@ def _traces(content: bytes, one: DataSet) -> Iterator[tuple[int, ...]]:
             yield line
 
 
-def _elements(content: bytes, one: DataSet) -> Iterator[tuple[int, tuple[int, ...]]]:
+def _elements(content: bytes, one: UffDataSet) -> Iterator[tuple[int, tuple[int, ...]]]:
     """Yield kind and nodes of each element of a data set 2412 that joins nodes.
 
     Raises
@@ -204,7 +204,7 @@ def _elements(content: bytes, one: DataSet) -> Iterator[tuple[int, tuple[int, ..
 
 
 def _systems(
-    content: bytes, found: Sequence[DataSet]
+    content: bytes, found: Sequence[UffDataSet]
 ) -> tuple[Mapping[int, _System], list[str]]:
     """Return the Cartesian coordinate systems by number, and a sentence on others."""
     systems, others = {}, 0
@@ -246,7 +246,7 @@ def _as_axes(rows: FloatArray) -> Axes:
     return x, y, z
 
 
-def _numbers(content: bytes, one: DataSet) -> list[list[float]]:
+def _numbers(content: bytes, one: UffDataSet) -> list[list[float]]:
     """Return the numbers of each line of a data set.
 
     Raises

@@ -95,7 +95,7 @@ def numbered_nodes(
 
 
 def problem_of(nodes: Mapping[int, Place], kind: str, one: Sequence[int]) -> str:
-    """Return what keeps nodes from being a line or a surface; empty for nothing.
+    """Return why nodes are no line or surface; empty where they are one.
 
     `kind` is ``lines`` or ``surfaces``, else one node is enough; `nodes` are those with
     coordinates [m].

@@ -11,7 +11,7 @@ from shakerproc.geometry import Place, Wireframe
 from shakerproc.modal.mode_set import ModeSet
 from shakerproc.modal.shapes import mac
 from shakerproc.numerals import numeral
-from shakerproc.runs.places import NEAR
+from shakerproc.runs.roles import NEAR
 from shakerproc.testlog import Modal, Test
 
 SINGLE_FREQUENCIES: Final = ("sine", "stepped sine")

@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.geometry import Place, Wireframe
-from shakerproc.runs.places import NEAR
+from shakerproc.runs.roles import NEAR
 
 FLAT: Final = 1e-3
 """Extent across a line of sensors below which they sit on it, as a share of its length [-]."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.analysis import Reciprocal, TestModes
-from shakerproc.runs.places import Place, sense_of
+from shakerproc.runs.roles import Place, sense_of
 
 COHERENT: Final = 0.9
 """Coherence below which a line takes no part [-]: noise and leakage are not reciprocal."""

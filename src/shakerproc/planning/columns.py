@@ -6,7 +6,7 @@ from typing import Any
 from shakerproc.numerals import numeral
 from shakerproc.planning.plan import PlannedTest
 from shakerproc.planning.reach import Band
-from shakerproc.testlog.facts import facts_of
+from shakerproc.testlog.log import facts_of
 
 
 def plan_columns(plans: Sequence[PlannedTest]) -> dict[str, list[Any]]:

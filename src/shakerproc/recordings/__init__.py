@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from shakerproc.late import loaded
 from shakerproc.recordings.choosing import ANOTHER_GROUP, ChannelNotFoundError, FilePart
-from shakerproc.recordings.fetching import fetch, is_url
-from shakerproc.recordings.hashing import WatchedFile, read_hashed, sha256
 from shakerproc.recordings.health import (
     MOST_CLIPPED,
     MOST_LOST,
@@ -17,10 +15,12 @@ from shakerproc.recordings.health import (
     unusable,
     within,
 )
-from shakerproc.recordings.health_checks import FAULTS, Flag
-from shakerproc.recordings.opening import READERS, contents, open_recording
+from shakerproc.recordings.health.base import FAULTS, Flag
+from shakerproc.recordings.opening import contents, open_recording
+from shakerproc.recordings.raw import Sampling
+from shakerproc.recordings.readers import READERS
 from shakerproc.recordings.si import UNKNOWN
-from shakerproc.recordings.time_axis import Sampling
+from shakerproc.recordings.source_files import WatchedFile, fetch, is_url, read_hashed, sha256
 
 if TYPE_CHECKING:
     from shakerproc.recordings.writers import (

@@ -12,11 +12,10 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
+from shakerproc.recordings.columns import RATE_NAME, STEP_NAME
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.rates import RATE_NAME, STEP_NAME
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.time_axis import SILENT, TimeAxis
 from shakerproc.recordings.time_base import SLOWEST
 from shakerproc.recordings.times import FEWEST, axis_of_column, is_time, like_time, steps_of
 
@@ -49,7 +48,7 @@ class ArrayLike(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True)
-class Row:
+class ArrayRow:
     """Where the values of a channel stand: a line of an array."""
 
     array: ArrayLike
@@ -73,7 +72,7 @@ class LinesSource(SampleSource):
     """
 
     run: str
-    lines: tuple[Row, ...]
+    lines: tuple[ArrayRow, ...]
     handle: Any = None
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
@@ -94,7 +93,7 @@ class LinesSource(SampleSource):
             self.handle.close()
 
 
-def _block(lines: Sequence[Row], start: int, stop: int) -> Any:
+def _block(lines: Sequence[ArrayRow], start: int, stop: int) -> Any:
     """Return samples of one line, or of several that are columns of one array."""
     columns = [line.column for line in lines if line.column is not None]
     if len(lines) == 1:
@@ -104,7 +103,7 @@ def _block(lines: Sequence[Row], start: int, stop: int) -> Any:
     return frames[:, [column - first for column in columns]].T
 
 
-def _slice(line: Row, start: int, stop: int) -> Any:
+def _slice(line: ArrayRow, start: int, stop: int) -> Any:
     if line.column is None:
         return line.array[start:stop]
     if line.upright:
@@ -172,7 +171,7 @@ def file_of_arrays(
         for name in within
     ]
     channels: list[RawChannel] = []
-    lines: list[Row] = []
+    lines: list[ArrayRow] = []
     for name, array in long.items():
         if name in axes:
             continue
@@ -210,7 +209,7 @@ def _counts(name: str, array: ArrayLike) -> str:
 
 def _channel(
     row: int,
-    line: Row,
+    line: ArrayRow,
     called: tuple[str, str],
     stated: tuple[tuple[TimeAxis, ...], datetime | None],
     length: int,
@@ -231,7 +230,7 @@ def _channel(
     )
 
 
-def _head(line: Row, length: int) -> FloatArray:
+def _head(line: ArrayRow, length: int) -> FloatArray:
     """Return the first values of a channel, by which a time is told."""
     return np.asarray(_slice(line, 0, min(length, 1 << 16)), dtype=np.float64)
 
@@ -263,7 +262,7 @@ def _stated_of(
     scopes: Mapping[str, str],
     shared: dict[tuple[str, ...], tuple[TimeAxis, ...]],
 ) -> tuple[TimeAxis, ...]:
-    """Return what is stated of the times of a variable: nearest to it, or all there is."""
+    """Return the statements on the times of a variable: nearest to it, or all there are."""
     near: dict[int, list[str]] = {}
     for at, scope in scopes.items():
         if not scope or name == scope or name.startswith(f"{scope}."):
@@ -318,7 +317,7 @@ def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
         return None
     if array.dtype.kind not in "f" or max(array.shape) > LARGEST // 8:
         return None
-    line = Row(array, 0, upright=array.shape[0] > array.shape[1])
+    line = ArrayRow(array, 0, upright=array.shape[0] > array.shape[1])
     head = _head(line, max(array.shape))  # the whole line only where it may be one
     if not like_time(name, "", head) or steps_of(head, "", "").problem:
         return None
@@ -357,7 +356,7 @@ def _is_slender(shape: tuple[int, ...]) -> bool:
 def _said(
     arrays: Mapping[str, ArrayLike], axes: Mapping[str, TimeAxis], length: int
 ) -> dict[str, TimeAxis]:
-    """Return what the arrays state of times, vectors and single numbers, by their name."""
+    """Return the statements of arrays on times, vectors and single numbers, by their name."""
     said = {name: axis for name, axis in axes.items() if _size(axis) == length}
     for name, array in arrays.items():
         if math.prod(array.shape) != 1:
@@ -373,14 +372,14 @@ def _said(
     return said
 
 
-def _lines(array: ArrayLike, length: int) -> list[Row]:
+def _lines(array: ArrayLike, length: int) -> list[ArrayRow]:
     shape = array.shape
     if shape == (length,):
-        return [Row(array, None, upright=True)]
+        return [ArrayRow(array, None, upright=True)]
     if len(shape) != 2 or length not in shape or shape[0] == shape[1]:
         return []
     upright = shape[0] == length
-    return [Row(array, column, upright) for column in range(shape[1 if upright else 0])]
+    return [ArrayRow(array, column, upright) for column in range(shape[1 if upright else 0])]
 
 
 def _headers(

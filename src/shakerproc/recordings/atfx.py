@@ -23,11 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.arrays import ArrayLike, LinesSource, Row
-from shakerproc.recordings.frames import Frames
+from shakerproc.recordings.arrays import ArrayLike, ArrayRow, LinesSource
 from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
 LARGEST: Final = 1 << 28
@@ -139,7 +137,7 @@ _Column: TypeAlias = Flagged | Frames | NDArray[Any]
 
 @final
 @dataclass(slots=True, eq=False)
-class _Group:
+class _AtfxGroup:
     """Channels of one step [s] of one measurement."""
 
     measurement: int
@@ -161,7 +159,7 @@ class _File:
             one.findtext("identifier", "").strip(): one.findtext("filename", "").strip()
             for one in listed
         }
-        self.lines: list[Row] = []
+        self.lines: list[ArrayRow] = []
         self.used: set[str] = set()
         self.notes: dict[str, None] = {}
         self.instances: dict[str, dict[str, _Instance]] = {}
@@ -179,7 +177,7 @@ class _File:
         RecordingError
             If there are none that can be served.
         """
-        groups: list[_Group] = []
+        groups: list[_AtfxGroup] = []
         for about in self.instances.get("aosubmatrix", {}).values():
             _join(groups, self._group(about))
         if not self.lines:
@@ -200,7 +198,7 @@ class _File:
             tuple(self.notes),
         )
 
-    def _group(self, about: _Instance) -> _Group:
+    def _group(self, about: _Instance) -> _AtfxGroup:
         """Return the columns of a submatrix, with the one that all others depend on as axis."""
         name, measurement = _text(about, "name"), self._one(about, *_MEASUREMENT)
         begin = _text(measurement, "measurement_begin")
@@ -220,7 +218,7 @@ class _File:
         ]
         free = [one for one in columns if _text(one, "independent") in {"1", "true"}]
         axes, step = self._axis(free[0]) if len(free) == 1 else ((), 0.0)
-        group = _Group(id(measurement), step, name)
+        group = _AtfxGroup(id(measurement), step, name)
         for column in (one for one in columns if not any(one is other for other in free)):
             made = self._channel(column, int(_text(about, "number_of_rows") or -1))
             if len(free) > 1:
@@ -269,7 +267,7 @@ class _File:
             values = self._values(column)
         except ValueError as error:
             return RawChannel(name, -1, 0, max(rows, 1), unit, problem=str(error))
-        self.lines.append(Row(values, None, upright=True))
+        self.lines.append(ArrayRow(values, None, upright=True))
         there = values.size if rows < 0 else min(values.size, rows)
         return RawChannel(name, len(self.lines) - 1, there, max(rows, values.size), unit)
 
@@ -405,7 +403,7 @@ def _model(root: ElementTree.Element) -> dict[str, tuple[str, dict[str, str]]]:
     }
 
 
-def _join(groups: list[_Group], made: _Group) -> None:
+def _join(groups: list[_AtfxGroup], made: _AtfxGroup) -> None:
     """Add channels to the group that has their step, or as a group of its own.
 
     Submatrices with channels of one name follow each other, or are of several runs.

@@ -243,7 +243,7 @@ def choose_channels(
 
 
 def left_out(group: RawGroup, uses: Sequence[ChannelUse]) -> tuple[ChannelUse, ...]:
-    """Return what is said for every test and is no channel of this recording.
+    """Return the channels of every test in the log that this recording lacks.
 
     A name that nearly is that of a channel is a slip of the pen and no such channel, and a
     recording that has none of them is another one.

@@ -1,16 +1,255 @@
-"""Read CSV: delimiter, decimal sign, headers, units and time column are found by looking."""
+"""Read CSV: how it is written is found by looking; dates and clock times become seconds."""
 
-from dataclasses import replace
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from datetime import UTC, date, datetime, time, timedelta, timezone
 from pathlib import Path
-from typing import BinaryIO
+from types import TracebackType
+from typing import BinaryIO, Final, final
 
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.raw import RawFile
-from shakerproc.recordings.skipped import refusal, without_bad_rows
+from shakerproc.recordings.si import split_header
 from shakerproc.recordings.text_format import find_format, open_text
-from shakerproc.recordings.text_rows import read_table
-from shakerproc.recordings.text_stamps import StampedFile, stamps_of
-from shakerproc.recordings.times import time_columns
+from shakerproc.recordings.text_rows import read_table, refusal, without_bad_rows
+from shakerproc.recordings.times import is_time, time_columns
+
+_STAMP: Final = re.compile(
+    rb"(?:(?<=[,;\t ])|^)(?P<quote>[\"']?)"
+    rb"(?:(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})"
+    rb"|(?P<a>\d{1,2})(?P<sign>[-/.])(?P<b>\d{1,2})[-/.](?P<y2>\d{4}))"
+    rb"(?P<between>[T ] ?|[\"']?[,;\t][\"']?))?"
+    rb"(?:(?P<hour>\d{1,2}):)?(?P<minute>\d{1,2}):(?P<second>\d{2})"
+    rb"(?:(?P<point>[.:,])(?P<fraction>\d{1,12}))?"
+    rb"(?: ?(?P<half>[AaPp])[Mm])?(?: ?(?P<zone>Z|[-+]\d{2}:?\d{2}))?"
+    rb"(?P=quote)(?=[,;\t ]|\r?\n?$)"
+)
+"""A date, where there is one, and a time of day: hours, minutes and seconds, or minutes and
+seconds with a fraction. Between them stands a blank, a T, or the sign between two cells."""
+
+_DECIMAL_COMMA: Final = re.compile(rb"[;\t][-+]?\d+,\d")
+
+DAY: Final = 86400
+HOUR: Final = 3600
+
+
+@final
+@dataclass(slots=True)
+class _Clock:
+    """One column of stamps, while its lines go by.
+
+    Attributes
+    ----------
+    first : date, optional
+        Day of the first stamp, where it says it.
+    last : float
+        The stamp before [s].
+    turns : int
+        Seconds of the days, or hours, that have passed by what the stamps do not say.
+    """
+
+    first: date | None = None
+    last: float | None = None
+    turns: int = 0
+
+
+@final
+@dataclass(slots=True, eq=False)
+class Stamps:
+    """The stamps of a text file.
+
+    Attributes
+    ----------
+    decimal : bytes
+        Sign between whole and fraction of the numbers in the file.
+    start : datetime, optional
+        Midnight before the first stamp, where it says its day.
+    cells : int
+        How many cells a stamp takes, 2 where date and time have one each.
+    column : int
+        Which column the time stands in.
+    dated : bool
+        Whether stamps say their day; one without it stays text.
+    """
+
+    decimal: bytes
+    start: datetime | None
+    cells: int
+    column: int
+    dated: bool
+    _clocks: list[_Clock] = field(default_factory=list)
+
+    def named(self, headers: Sequence[str]) -> tuple[str, ...]:
+        """Return headers of which that of the stamps says what it is now."""
+        name = split_header(headers[self.column])[0] if self.column < len(headers) else ""
+        mine = f"{name if is_time(name) else 'time'} [s]"
+        return tuple(mine if at == self.column else h for at, h in enumerate(headers))
+
+    def rewind(self) -> None:
+        """Begin with the first line again."""
+        self._clocks.clear()
+
+    def replaced(self, line: bytes) -> bytes:
+        """Return a line with seconds since the first midnight in place of its stamps."""
+        parts, at = [], 0
+        for number, match in enumerate(_STAMP.finditer(line)):
+            if not _is_stamp(match) or (self.dated and _day(match) is None):
+                continue
+            while len(self._clocks) <= number:
+                self._clocks.append(_Clock())
+            parts += [line[at : match.start()], self._seconds(match, self._clocks[number])]
+            at = match.end()
+        return b"".join([*parts, line[at:]])
+
+    def _seconds(self, match: re.Match[bytes], clock: _Clock) -> bytes:
+        """Return a stamp as a number, with the digits of its fraction."""
+        second = _second_of_day(match)
+        day = _day(match)
+        if day is not None:
+            clock.first = clock.first or day
+            second += DAY * (day - clock.first).days
+        else:
+            turn = DAY if match["hour"] else HOUR
+            if clock.last is not None and second < clock.last - turn / 2:
+                clock.turns += turn
+            clock.last = second
+            second += clock.turns
+        number = b"%d" % second
+        if match["fraction"]:
+            number += self.decimal + match["fraction"]
+        between = match["between"] or b""
+        cell = between.strip(b"\"' T")  # the date had a cell of its own
+        return cell + number
+
+
+def stamps_of(lines: Sequence[str]) -> Stamps | None:
+    """Return how the lines at the start of a text hold dates or times; None where they do not.
+
+    Most lines have to.
+    """
+    raw = [line.encode("utf-8", errors="replace") for line in lines if line.strip()]
+    found = [m for line in raw if (m := _first(line)) is not None]
+    if not found or 2 * len(found) < len(raw):
+        return None
+    days = [match for match in found if _day(match) is not None]
+    dated = 2 * len(days) > len(found)
+    first = (days if dated else found)[0]
+    before = first.string[: first.start()]
+    commas = sum(_DECIMAL_COMMA.search(match.string) is not None for match in found)
+    separator = (first["between"] or b"").strip(b"\"' T")
+    signs = separator or next((s for s in (b"\t", b";", b",") if s in first.string), b" ")
+    return Stamps(
+        decimal=b"," if 2 * commas > len(found) and signs != b"," else b".",
+        start=_midnight(days if dated else found),
+        cells=2 if separator else 1,
+        column=(before.count(signs) if signs != b" " else len(before.split()))
+        + bool(separator),
+        dated=dated,
+    )
+
+
+def _first(line: bytes) -> re.Match[bytes] | None:
+    return next((match for match in _STAMP.finditer(line) if _is_stamp(match)), None)
+
+
+def _is_stamp(match: re.Match[bytes]) -> bool:
+    """Return whether a match is a time of day: minutes alone need a fraction of a second."""
+    if match["hour"] is None and (match["fraction"] is None or match["point"] == b":"):
+        return False
+    if match["point"] == b"," and not re.search(rb"[;\t]", match.string):
+        return False  # the comma is the sign between cells
+    hour, minute = int(match["hour"] or 0), int(match["minute"])
+    return hour < 24 and minute < 60 and int(match["second"]) < 61
+
+
+def _second_of_day(match: re.Match[bytes]) -> int:
+    hour = int(match["hour"] or 0)
+    if match["half"]:
+        hour = hour % 12 + 12 * (match["half"] in b"Pp")
+    return 3600 * hour + 60 * int(match["minute"]) + int(match["second"])
+
+
+def _day(match: re.Match[bytes]) -> date | None:
+    """Return the day of a stamp; of one that may be read in two ways, the day first."""
+    try:
+        if match["y"]:
+            return date(int(match["y"]), int(match["m"]), int(match["d"]))
+        if match["y2"]:
+            day, month = int(match["a"]), int(match["b"])
+            day, month = (month, day) if month > 12 else (day, month)
+            return date(int(match["y2"]), month, day)
+    except ValueError:
+        return None
+    return None
+
+
+def _midnight(found: Sequence[re.Match[bytes]]) -> datetime | None:
+    """Return the midnight before the first stamp, taken as UTC where no zone is said.
+
+    None where it says no day, or one that may be read in two ways.
+    """
+    first = found[0]
+    day = _day(first)
+    two_ways = (
+        first["a"] and first["sign"] == b"/" and max(int(first["a"]), int(first["b"])) < 13
+    )
+    if day is None or two_ways:
+        return None
+    return datetime.combine(day, time(), _zone(first["zone"]))
+
+
+def _zone(text: bytes | None) -> timezone:
+    if text is None or text == b"Z":
+        return UTC
+    digits = text[1:].replace(b":", b"")
+    away = timedelta(hours=int(digits[:2]), minutes=int(digits[2:]))
+    return timezone(-away if text[:1] == b"-" else away)
+
+
+@final
+class StampedFile:
+    """A text file that is read with numbers in place of its stamps.
+
+    Parameters
+    ----------
+    file : file
+        Open; one byte for each digit.
+    stamps : Stamps
+        How it holds them.
+    """
+
+    def __init__(self, file: BinaryIO, stamps: Stamps) -> None:
+        self._file = file
+        self._stamps = stamps
+        self._rest = b""
+
+    def read(self, size: int) -> bytes:
+        """Return some more lines, the last of them whole unless the file ends in it."""
+        while block := self._file.read(size):
+            lines = (self._rest + block).splitlines(keepends=True)
+            self._rest = b"" if lines[-1].endswith((b"\n", b"\r")) else lines.pop()
+            if lines:
+                return b"".join(map(self._stamps.replaced, lines))
+        last, self._rest = self._rest, b""
+        return self._stamps.replaced(last)
+
+    def seek(self, place: int) -> int:
+        """Go to the start of the file."""
+        self._stamps.rewind()
+        self._rest = b""
+        return self._file.seek(place)
+
+    def __enter__(self) -> "StampedFile":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._file.close()
 
 
 def read_csv(path: Path, run: str) -> RawFile:

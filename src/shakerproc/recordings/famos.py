@@ -16,10 +16,8 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
-from shakerproc.recordings.guard import AGAIN, foreign
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
-from shakerproc.recordings.trial import check_survived
+from shakerproc.recordings.guard import AGAIN, check_survived, foreign
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 
 MAGIC: Final = b"|CF,"
 """How a file begins."""

@@ -6,10 +6,9 @@ from typing import Any, Final, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
-from shakerproc.recordings.guard import foreign
+from shakerproc.recordings.guard import check_survived, foreign
 from shakerproc.recordings.parquet import file_of_table, read_first_pieces
 from shakerproc.recordings.raw import RawFile
-from shakerproc.recordings.trial import check_survived
 
 _VERSION_1: Final = b"FEA1"
 

@@ -24,20 +24,23 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.arrays import LinesSource, Row, file_of_arrays
-from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.hdf5_variables import (
+from shakerproc.recordings.arrays import ArrayRow, LinesSource, file_of_arrays
+from shakerproc.recordings.columns import RATE_WORD, STEP_WORD
+from shakerproc.recordings.guard import check_survived, foreign, shown
+from shakerproc.recordings.raw import RawFile, RawGroup
+from shakerproc.recordings.times import SECONDS, is_time
+from shakerproc.recordings.variables import (
     DEEPEST,
+    LABEL,
+    UNIT,
+    VALUES,
     Stored,
+    Variables,
     check_kind,
     check_variable,
     is_readable,
+    keep_distinct,
 )
-from shakerproc.recordings.rates import RATE_WORD, STEP_WORD
-from shakerproc.recordings.raw import RawFile, RawGroup
-from shakerproc.recordings.structures import LABEL, UNIT, VALUES, Variables, keep_distinct
-from shakerproc.recordings.times import SECONDS, is_time
-from shakerproc.recordings.trial import check_survived
 
 _NETCDF_3: Final = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
@@ -61,7 +64,7 @@ _EPOCH: Final = (946_684_800.0, 3_029_529_600.0)
 
 @final
 @dataclass(slots=True, eq=False)
-class _Group:
+class _Hdf5Group:
     """A group of a file: its variables, and when their time 0 is."""
 
     run: str
@@ -123,11 +126,11 @@ def _opened(path: Path, run: str) -> Iterator[Any]:
         raise
 
 
-def _found(file: Any, run: str) -> list[_Group]:
+def _found(file: Any, run: str) -> list[_Hdf5Group]:
     return _of_rattlesnake(file, run) or list(_groups(file, run))
 
 
-def _joined(groups: list[_Group], run: str, file: Any) -> RawFile:
+def _joined(groups: list[_Hdf5Group], run: str, file: Any) -> RawFile:
     """Return groups of which at least one holds a time series as one file.
 
     Raises
@@ -136,7 +139,7 @@ def _joined(groups: list[_Group], run: str, file: Any) -> RawFile:
         If none does.
     """
     made: list[RawGroup] = []
-    lines: list[Row] = []
+    lines: list[ArrayRow] = []
     notes: list[str] = []
     problem: RecordingError | None = None
     for group in groups:
@@ -164,14 +167,14 @@ def _joined(groups: list[_Group], run: str, file: Any) -> RawFile:
     return RawFile(tuple(made), LinesSource(run, tuple(lines), file), tuple(notes))
 
 
-def _groups(file: Any, run: str) -> Iterator[_Group]:
+def _groups(file: Any, run: str) -> Iterator[_Hdf5Group]:
     """Yield the groups that hold data sets of numbers, that of the file first."""
     waiting: list[tuple[str, Any, Variables, dict[str, datetime], int]] = [
         ("", file, Variables(), {}, 0)
     ]
     while waiting:
         name, item, above, starts, depth = waiting.pop(0)
-        group = _Group(run, name, starts=dict(starts))
+        group = _Hdf5Group(run, name, starts=dict(starts))
         group.found.arrays |= above.arrays
         group.found.texts |= above.texts
         _take_attributes(item, "", group)
@@ -219,7 +222,7 @@ def _shape(item: Any) -> tuple[int, ...]:
     return (0, *(getattr(item, "shape", None) or ()))
 
 
-def _take_channel(item: Any, key: str, values: str, group: _Group) -> None:
+def _take_channel(item: Any, key: str, values: str, group: _Hdf5Group) -> None:
     """Take a group that is a channel: its values, their times and what is said of both."""
     _take_attributes(item, key, group)
     for name, inner in _members(item):
@@ -230,7 +233,7 @@ def _take_channel(item: Any, key: str, values: str, group: _Group) -> None:
     group.found.called[place] = (label or above[0] or key, unit or above[1])
 
 
-def _take(item: Any, name: str, group: _Group) -> None:
+def _take(item: Any, name: str, group: _Hdf5Group) -> None:
     """Take a data set, or say that it is left out."""
     import h5py
 
@@ -283,7 +286,7 @@ def _text(value: Any) -> str:
     return text.strip("\0 ")
 
 
-def _take_attributes(item: Any, name: str, group: _Group) -> None:
+def _take_attributes(item: Any, name: str, group: _Hdf5Group) -> None:
     """Take what the attributes of a data set or a group say of rate, unit, label and start."""
     import h5py
 
@@ -318,7 +321,7 @@ def _known(name: str, key: str) -> str:
     return f"{name}.{said}" if name else said
 
 
-def _unit(name: str, text: str, group: _Group) -> str:
+def _unit(name: str, text: str, group: _Hdf5Group) -> str:
     """Return a unit; that of times may say since when they count."""
     match = _SINCE.fullmatch(text)
     if match is None or match["unit"].casefold() not in SECONDS:
@@ -329,7 +332,9 @@ def _unit(name: str, text: str, group: _Group) -> str:
     return match["unit"]
 
 
-def _take_start(name: str, place: str, value: Any, number: float | None, group: _Group) -> None:
+def _take_start(
+    name: str, place: str, value: Any, number: float | None, group: _Hdf5Group
+) -> None:
     """Take when a data set or a group begins, or say that it is not understood."""
     if number is not None and _EPOCH[0] <= number < _EPOCH[1]:
         date: datetime | None = datetime.fromtimestamp(0.0, UTC) + timedelta(seconds=number)
@@ -352,7 +357,7 @@ def _date(text: str) -> datetime | None:
     return date if date.tzinfo is not None else date.replace(tzinfo=UTC)
 
 
-def _of_rattlesnake(file: Any, run: str) -> list[_Group]:
+def _of_rattlesnake(file: Any, run: str) -> list[_Hdf5Group]:
     """Return the streams of a file of Rattlesnake, a group each; empty of other files.
 
     A channel is called after its node and direction, where these tell all of them apart.
@@ -374,7 +379,7 @@ def _of_rattlesnake(file: Any, run: str) -> list[_Group]:
         names = [f"{number + 1} {name}".strip() for number, name in enumerate(names)]
     groups = []
     for key in streams:
-        group = _Group(run, key if len(streams) > 1 else "")
+        group = _Hdf5Group(run, key if len(streams) > 1 else "")
         _take(file[key], key, group)
         group.found.arrays["sample_rate"] = np.array(_number(file.attrs["sample_rate"]) or 0.0)
         group.found.texts |= {"names": names, "units": texts["unit"]}

@@ -18,8 +18,7 @@ from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
 from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 
 _LIBRARIES: Final = ("idelib", "ebmlite")
 _BLOCKS: Final = ("ChannelDataBlock", "SimpleChannelDataBlock")

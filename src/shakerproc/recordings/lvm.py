@@ -17,15 +17,12 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource, SkippedRows
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import length_of
-from shakerproc.recordings.continuing import follows
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.lvm_heads import Head, heads_of
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.skipped import refusal, without_bad_rows
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.text_format import TextFormat, open_text
-from shakerproc.recordings.text_rows import TextTable, read_table
-from shakerproc.recordings.time_axis import TimeAxis
-from shakerproc.recordings.time_base import SAME_RATE
+from shakerproc.recordings.text_rows import TextTable, read_table, refusal, without_bad_rows
+from shakerproc.recordings.time_base import SAME_RATE, follows
 from shakerproc.recordings.times import axis_of_column
 
 MOST: Final = 100
@@ -57,7 +54,7 @@ class SplicedSource(SampleSource):
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Segment:
-    """What was written at once.
+    """A segment of the file, written at once.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ from typing import Final, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.time_axis import TimeAxis, half_digit
+from shakerproc.recordings.raw import TimeAxis, half_digit
 from shakerproc.recordings.times import is_time
 
 _END: Final = "***End_of_Header***"
@@ -127,7 +127,7 @@ class Head:
         )
 
     def axis(self, row: int) -> TimeAxis | None:
-        """Return what the header states of the times of a channel; None where nothing."""
+        """Return the header's statement on the times of a channel; None where it has none."""
         text, quantity = self.text("Delta_X", row), self.text("X_Dimension", row)
         step = self.number("Delta_X", row)
         where = f"Delta_X of {shown(self.titles[row])}"

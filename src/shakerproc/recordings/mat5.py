@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.recordings.structures import MatlabObject
+from shakerproc.recordings.variables import MatlabObject
 
 HEAD: Final = 128
 DEEPEST: Final = 6
@@ -207,7 +207,7 @@ def _ascii(element: _Element) -> str:
 def _value(  # noqa: PLR0917
     parts: Iterator[_Element], place: int, order: str, shape: list[int], kind: int, depth: int
 ) -> Value:
-    """Return what a variable of some kind holds."""
+    """Return the value of a variable of some kind."""
     count = math.prod(shape)
     sort = kind & 0xFF
     value: Value = None

@@ -9,10 +9,17 @@ from typing import Any, Final
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, foreign
-from shakerproc.recordings.hdf5_variables import DEEPEST, Stored, check_variable, is_readable
 from shakerproc.recordings.mat5 import MOST_ELEMENTS, Mat5Error, Value, read_variables
 from shakerproc.recordings.raw import RawFile
-from shakerproc.recordings.structures import MatlabObject, Tree, flattened
+from shakerproc.recordings.variables import (
+    DEEPEST,
+    MatlabObject,
+    Stored,
+    Tree,
+    check_variable,
+    flattened,
+    is_readable,
+)
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 _OBJECT: Final = 3
@@ -107,7 +114,7 @@ def _read_hdf5(path: Path, run: str) -> RawFile:
 
 
 def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
-    """Return what stands below a name, following no link out of the file."""
+    """Return the tree below a name, following no link out of the file."""
     import h5py
 
     if depth > DEEPEST or not isinstance(group.get(key, getlink=True), h5py.HardLink):
@@ -116,7 +123,7 @@ def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
 
 
 def _of_item(item: Any, run: str, name: str, depth: int) -> Tree:
-    """Return what a group, or a dataset, holds."""
+    """Return the content of a group or of a data set."""
     import h5py
 
     if isinstance(item, h5py.Group):

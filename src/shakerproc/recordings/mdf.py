@@ -23,11 +23,9 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
-from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.guard import AGAIN, check_survived, foreign, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
-from shakerproc.recordings.trial import check_survived
 
 MAGIC: Final = (b"MDF     ", b"UnFinMF ")
 """How a file begins; the second way, where the recorder did not close it."""

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, ArrayLike, file_of_arrays
-from shakerproc.recordings.frames import Frames
-from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.raw import Frames, RawFile
 
 _HEADERS: Final = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
@@ -48,16 +47,8 @@ def read_npy(path: Path, run: str) -> RawFile:
     RecordingError
         If it holds no real numbers, or is not as long as it says.
     """
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    try:
-        with foreign(run, "reading the header"):
-            return _stored(file, path.stem, run)
-    except BaseException:
-        file.close()
-        raise
+    with foreign(run, "reading the header"):
+        return kept_open(path, run, lambda file: _stored(file, path.stem, run))
 
 
 def _stored(file: BinaryIO, name: str, run: str) -> RawFile:

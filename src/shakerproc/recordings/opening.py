@@ -30,49 +30,14 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.common import common_length, resampled_length
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.hashing import Seen, WatchedFile, open_regular
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Reader
-from shakerproc.recordings.readers import Readers
-from shakerproc.recordings.resampling import ResampledSource
+from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
+from shakerproc.recordings.readers import READERS
+from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
-from shakerproc.recordings.time_axis import AS_STATED, Sampling
+from shakerproc.recordings.source_files import Seen, WatchedFile, open_regular
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
-
-READERS: Final = Readers({
-    ".tdms": "tdms.reader:read_tdms",
-    ".csv": "csv:read_csv",
-    ".txt": "csv:read_csv",
-    ".dat": "dat:read_dat",
-    ".lvm": "lvm:read_lvm",
-    ".mat": "matlab:read_mat",
-    ".npz": "numpy_file:read_npz",
-    ".npy": "numpy_file:read_npy",
-    ".uff": "uff:read_uff",
-    ".unv": "uff:read_uff",
-    ".uf58": "uff:read_uff",
-    ".parquet": "parquet:read_parquet",
-    ".feather": "feather:read_feather",
-    ".arrow": "feather:read_feather",
-    ".h5": "hdf5:read_hdf5",
-    ".hdf5": "hdf5:read_hdf5",
-    ".nc": "hdf5:read_hdf5",
-    ".nc4": "hdf5:read_hdf5",
-    ".xlsx": "xlsx:read_xlsx",
-    ".mf4": "mdf:read_mdf",
-    ".mdf": "mdf:read_mdf",
-    ".ide": "ide:read_ide",
-    ".raw": "famos:read_famos",
-    ".rsp": "rpc3:read_rpc3",
-    ".rpc": "rpc3:read_rpc3",
-    ".rpc3": "rpc3:read_rpc3",
-    ".wav": "wav:read_wav",
-    ".rf64": "wav:read_wav",
-    ".atfx": "atfx:read_atfx",
-})
-"""What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
 NO_ROLE: Final = "no role fits its unit; a log can give it one"
 IGNORED: Final = "role: ignore in the log"

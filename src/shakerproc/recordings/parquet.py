@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
@@ -14,13 +13,11 @@ from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
 from shakerproc.recordings.columns import Columns, file_of_columns
-from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.guard import check_survived, foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
-from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.raw import RawFile, TimeAxis, TimesInFile
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.time_axis import TimeAxis
 from shakerproc.recordings.times import SECONDS, is_time, time_columns
-from shakerproc.recordings.trial import check_survived
 
 RATE_KEY: Final = b"sample_rate_hz"
 LARGEST: Final = 1 << 40
@@ -145,7 +142,7 @@ def file_of_table(file: Any, run: str) -> RawFile:
         Columns(headers, head),
         start_time=next((_date(kind, zeros[n]) for n, kind in stamped.items()), None),
         axes=_said(schema.metadata or {}),
-        times={row: TimesColumn(source, row, n_rows) for row in axes},
+        times={row: TimesInFile(source, row, n_rows) for row in axes},
         lengths=[n_rows] * len(names),
         source=source,
         notes=notes,
@@ -191,21 +188,6 @@ def _said(metadata: "dict[bytes, bytes]") -> tuple[TimeAxis, ...]:
     except ValueError:
         rate = math.nan
     return (TimeAxis(RATE_KEY.decode(), rate=rate),)
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class TimesColumn:
-    """A column of times, read a piece at a time."""
-
-    source: "ParquetSource"
-    row: int
-    size: int
-
-    def __getitem__(self, key: slice) -> FloatArray:
-        first, last, _ = key.indices(self.size)
-        read: FloatArray = self.source.read([self.row], first, max(first, last))[0]
-        return read
 
 
 @final

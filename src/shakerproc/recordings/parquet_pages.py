@@ -62,7 +62,7 @@ def check_pages(path: Path, metadata: Any, run: str) -> None:
 
 
 def _problem(file: BinaryIO, column: Any) -> str:
-    """Return what a page of a column promises against what there is, or nothing."""
+    """Return how a page of a column contradicts its content; empty where it does not."""
     place, whole = column.data_page_offset, column.total_uncompressed_size
     if column.has_dictionary_page and column.dictionary_page_offset:
         place = min(place, column.dictionary_page_offset)

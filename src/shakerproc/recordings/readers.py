@@ -17,7 +17,7 @@ dot, and the value a function from the path and the name of the run to a `RawFil
 
 @final
 class Readers(Mapping[str, Reader]):
-    """What opens a file, by its ending in small letters.
+    """Readers of files, by the ending in small letters.
 
     All are loaded when they are asked for. Readers of installed packages are looked for when
     all are listed, or when an ending is asked for that shakerproc does not know.
@@ -91,3 +91,59 @@ def _guarded(reader: Callable[[Path, str], object], where: str) -> Reader:
         )
 
     return read
+
+
+def read_dat(path: Path, run: str) -> RawFile:
+    """Return the channels of a file of MDF 2 or 3, of imc FAMOS, or else of a table of text.
+
+    These formats share the ending; their first bytes tell them apart.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read.
+    """
+    from shakerproc.recordings import famos, mdf
+    from shakerproc.recordings.csv import read_csv
+
+    with path.open("rb") as file:
+        start = file.read(8)
+    if start in mdf.MAGIC:
+        return mdf.read_mdf(path, run)
+    if start.startswith(famos.MAGIC):
+        return famos.read_famos(path, run)
+    return read_csv(path, run)
+
+
+READERS: Final = Readers({
+    ".tdms": "tdms.reader:read_tdms",
+    ".csv": "csv:read_csv",
+    ".txt": "csv:read_csv",
+    ".dat": "readers:read_dat",
+    ".lvm": "lvm:read_lvm",
+    ".mat": "matlab:read_mat",
+    ".npz": "numpy_file:read_npz",
+    ".npy": "numpy_file:read_npy",
+    ".uff": "uff:read_uff",
+    ".unv": "uff:read_uff",
+    ".uf58": "uff:read_uff",
+    ".parquet": "parquet:read_parquet",
+    ".feather": "feather:read_feather",
+    ".arrow": "feather:read_feather",
+    ".h5": "hdf5:read_hdf5",
+    ".hdf5": "hdf5:read_hdf5",
+    ".nc": "hdf5:read_hdf5",
+    ".nc4": "hdf5:read_hdf5",
+    ".xlsx": "xlsx:read_xlsx",
+    ".mf4": "mdf:read_mdf",
+    ".mdf": "mdf:read_mdf",
+    ".ide": "ide:read_ide",
+    ".raw": "famos:read_famos",
+    ".rsp": "rpc3:read_rpc3",
+    ".rpc": "rpc3:read_rpc3",
+    ".rpc3": "rpc3:read_rpc3",
+    ".wav": "wav:read_wav",
+    ".rf64": "wav:read_wav",
+    ".atfx": "atfx:read_atfx",
+})
+"""What opens a file, by its ending in small letters, below `shakerproc.recordings`."""

@@ -18,8 +18,8 @@ from shakerproc.errors import RecordingError
 from shakerproc.geometry import Place, Wireframe
 from shakerproc.late import loaded
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.hashing import sha256
 from shakerproc.recordings.si import parse_unit
+from shakerproc.recordings.source_files import sha256
 
 Kind: TypeAlias = Literal[
     "response function",
@@ -35,9 +35,9 @@ SAME_LINE: Final = 0.01
 their step to six digits."""
 
 READERS: Final[Mapping[str, str]] = MappingProxyType({
-    ".uff": "uff_functions:read_uff_functions",
-    ".unv": "uff_functions:read_uff_functions",
-    ".uf58": "uff_functions:read_uff_functions",
+    ".uff": "uff:read_uff_functions",
+    ".unv": "uff:read_uff_functions",
+    ".uf58": "uff:read_uff_functions",
     ".csv": "function_tables:read_csv_functions",
     ".mat": "function_tables:read_mat_functions",
 })

@@ -19,10 +19,15 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.frames import Frames
-from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis, half_digit
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.raw import (
+    Frames,
+    RawChannel,
+    RawFile,
+    RawGroup,
+    TimeAxis,
+    half_digit,
+)
 
 _KEY, _RECORD = 32, 128
 """Bytes of a name, and of a name with its value."""
@@ -41,15 +46,7 @@ def read_rpc3(path: Path, run: str) -> RawFile:
     RecordingError
         If it is none, or its header is not whole.
     """
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    try:
-        return _read(file, run)
-    except BaseException:
-        file.close()
-        raise
+    return kept_open(path, run, lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:
@@ -82,7 +79,7 @@ def _read(file: BinaryIO, run: str) -> RawFile:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Layout:
+class SampleLayout:
     """Where the samples are: groups, in each the same number of samples of every channel.
 
     Attributes
@@ -115,7 +112,7 @@ class GroupedSource(SampleSource):
 
     run: str
     frames: Frames
-    layout: Layout
+    layout: SampleLayout
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         per_group = self.layout.per_group
@@ -163,7 +160,7 @@ def _text(cell: bytes) -> str:
     return cell.decode("latin-1").partition("\0")[0].strip()
 
 
-def _layout(header: Mapping[str, str], size: int, run: str) -> Layout:
+def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
     """Return where the samples are.
 
     Raises
@@ -204,7 +201,7 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> Layout:
     scaled = stated[1] == "SHORT_INTEGER"
     numbers = range(1, channels + 1)
     scales = [_number(header, f"SCALE.CHAN_{n}", run) if scaled else 1.0 for n in numbers]
-    return Layout(
+    return SampleLayout(
         dtype.str, first, channels, per_group, promised, groups * per_group, tuple(scales),
     )  # fmt: skip
 

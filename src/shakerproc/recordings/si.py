@@ -246,7 +246,7 @@ def _contradiction(channel: RawChannel, use: ChannelUse, wanted: str, run: str) 
 
 
 def _by_the_file(channel: RawChannel, use: ChannelUse, wanted: str) -> str:
-    """Return what to do in the log if the file is right."""
+    """Return the remedy in the log for the case that the file is right."""
     known, given = parse_unit(channel.unit), [text.partition(":")[0] for text in _given(use)]
     if known is not None and known[0] == wanted:
         return f"take {' and '.join(given)} out"
@@ -312,7 +312,7 @@ def doubtful_units(chosen: Sequence[tuple[RawChannel, ChannelUse | None]]) -> li
 
 
 def _offered(unit: str) -> str:
-    """Return what a unit that is not known may be; empty where nothing is near."""
+    """Return the likely meaning of an unknown unit; empty where no unit is near."""
     likely = likely_unit(unit)
     if likely:
         return f"{shown(unit, 30)} may be {likely}"

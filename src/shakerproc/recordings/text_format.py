@@ -13,23 +13,22 @@ from typing import BinaryIO, Final, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.columns import is_number
-from shakerproc.recordings.guard import shown
+from shakerproc.recordings.guard import opened, shown
+from shakerproc.recordings.raw import TimeAxis
 from shakerproc.recordings.si import split_header
-from shakerproc.recordings.text_labels import is_stepped, unlabelled
-from shakerproc.recordings.text_meta import (
-    is_comment,
-    is_statement,
-    stated_axes,
-    uncommented,
-)
-from shakerproc.recordings.text_names import (
+from shakerproc.recordings.text_headers import (
     cells_in_use,
     column_names,
     fitted,
+    is_comment,
+    is_statement,
+    is_stepped,
     numbered,
+    stated_axes,
     title_rows,
+    uncommented,
+    unlabelled,
 )
-from shakerproc.recordings.time_axis import TimeAxis
 from shakerproc.recordings.times import FEWEST, SECONDS, is_time, time_name
 
 LOOK: Final = 1 << 16
@@ -100,11 +99,7 @@ def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
     RecordingError
         If it cannot be opened, is empty, or is too long.
     """
-    try:
-        file: BinaryIO = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    return looked_at(file, run)
+    return looked_at(opened(path, run), run)
 
 
 def looked_at(file: BinaryIO, run: str) -> tuple[BinaryIO, str, list[str]]:

@@ -12,17 +12,20 @@ from typing import Final, final
 
 from shakerproc.numerals import numeral
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.time_axis import (
+from shakerproc.recordings.raw import (
     AS_STATED,
     SILENT,
     UNKNOWN,
-    Reading,
     Sampling,
     TimeAxis,
     TimeBase,
+    TimeReading,
     Times,
 )
 from shakerproc.recordings.times import SECONDS, steps_of, strays, ticks_of, unit_in_name
+
+LATE: Final = 1e-3
+"""Gap between segments that is none [s]: programs write times of day to the millisecond."""
 
 CONTRADICTION: Final = 1e-3
 """How far two statements of a rate may part before they contradict each other, relative."""
@@ -67,22 +70,37 @@ _DAYS: Final[tuple[tuple[float, float, datetime], ...]] = (
 """Days of a spreadsheet that are such a date."""
 
 
+def follows(elapsed: float, duration: float, step: float) -> bool:
+    """Return whether samples go on where those before end.
+
+    Parameters
+    ----------
+    elapsed : float
+        From the first sample of those before to the first of these [s].
+    duration : float
+        Of the samples before [s].
+    step : float
+        Time between samples [s]; 0 where it is not said.
+    """
+    return step > 0.0 and abs(elapsed - duration) <= max(step, LATE) + CLOCKS * duration
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Statement:
-    """What one place says: how it may be read, or what is wrong with it.
+    """Statement of one place: its possible readings, or its fault.
 
     `tick` is what times are rounded to that repeat [unit]; they tell a start, and no rate.
     """
 
     axis: TimeAxis
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[TimeReading, ...] = ()
     doubt: float = 0.0
     problem: str = ""
     spectrum: bool = False
     tick: float = 0.0
 
-    def alike(self, rate: float, doubt: float = 0.0) -> Reading | None:
+    def alike(self, rate: float, doubt: float = 0.0) -> TimeReading | None:
         """Return the reading with a rate [Hz], which may be off by a relative doubt [-]."""
         most = max(CONTRADICTION, self.doubt + doubt)
         return next((r for r in self.readings if abs(r.rate / rate - 1.0) <= most), None)
@@ -194,7 +212,7 @@ def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
 def _settled(
     every: Sequence[_Statement],
     best: _Statement,
-    way: Reading,
+    way: TimeReading,
     start_time: datetime | None,
 ) -> TimeBase:
     """Return the time base of statements that agree on one reading."""
@@ -219,7 +237,7 @@ def _settled(
 
 
 def _statement(axis: TimeAxis, unit: str) -> _Statement:
-    """Return what one place says; `unit` is that of times that state none."""
+    """Return the statement of one place; `unit` is that of times that state none."""
     strange = _no_time(axis)
     if strange or axis.problem:
         return _Statement(axis, problem=strange or axis.problem, spectrum=bool(strange))
@@ -235,14 +253,14 @@ def _statement(axis: TimeAxis, unit: str) -> _Statement:
 
 
 def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
-    """Return what a stated rate says [Hz]."""
+    """Return the statement of a rate [Hz]."""
     if 0.0 < rate < math.inf and math.isfinite(1.0 / rate):
-        return _Statement(axis, (Reading("", rate),))
+        return _Statement(axis, (TimeReading("", rate),))
     return _Statement(axis, problem=f"{axis.where} gives a rate of {rate:g} Hz, which is none")
 
 
 def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
-    """Return what times say that are in a unit, or in none that is told."""
+    """Return the statement of times in a unit, or in none that is told."""
     found = steps_of(times, axis.where, unit)
     first = float(times[:1][0]) if times.size else 0.0
     ticks = ticks_of(times) if found.problem and times.size > 1 else None
@@ -256,7 +274,7 @@ def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
 
 
 def _of_step(axis: TimeAxis, step: float, unit: str) -> _Statement:
-    """Return what a step says that is in a unit, or in none that is told.
+    """Return the statement of a step in a unit, or in none that is told.
 
     A recorder's clock is divided by whole numbers: one within what is printed is meant.
     """
@@ -280,7 +298,7 @@ def _no_time(axis: TimeAxis) -> str:
     return ""
 
 
-def _ways(unit: str, step: float, first: float | None) -> tuple[Reading, ...]:
+def _ways(unit: str, step: float, first: float | None) -> tuple[TimeReading, ...]:
     """Return how a step may be read, of times that begin with `first` where they are known.
 
     `step` and `first` are in `unit`, or in one that is not told.
@@ -299,12 +317,12 @@ def _ways(unit: str, step: float, first: float | None) -> tuple[Reading, ...]:
     return (usual, *(way for way in others if SLOWEST < way.rate <= FASTEST))
 
 
-def _reading(unit: str, step: float) -> Reading:
+def _reading(unit: str, step: float) -> TimeReading:
     seconds = SECONDS[unit.casefold()]
-    return Reading(unit, _whole(1.0 / (step * seconds), ROUNDING), seconds)
+    return TimeReading(unit, _whole(1.0 / (step * seconds), ROUNDING), seconds)
 
 
-def _dated(way: Reading, first: float | None) -> Reading:
+def _dated(way: TimeReading, first: float | None) -> TimeReading:
     """Return a reading with the date that its times count from, where they are dates."""
     if first is None:
         return way
@@ -320,14 +338,14 @@ def _whole(rate: float, doubt: float) -> float:
     return whole if whole and abs(rate / whole - 1.0) <= doubt else rate
 
 
-def _undecided(best: _Statement, ways: Sequence[Reading], *, mean: bool = False) -> str:
+def _undecided(best: _Statement, ways: Sequence[TimeReading], *, mean: bool = False) -> str:
     """Return between which readings the file does not decide."""
     told = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
     listed = " or ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
     return f"{best.axis.where} states no unit: it is {'a mean of ' * mean}{listed}"
 
 
-def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[Reading]]:
+def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[TimeReading]]:
     """Return which rates the places state, and these, that of most places first."""
     places: dict[str, list[str]] = {}
     for one in every:
@@ -335,11 +353,11 @@ def _contradiction(every: Sequence[_Statement]) -> tuple[str, list[Reading]]:
     listed = ", ".join(f"{rate} ({', '.join(there)})" for rate, there in places.items())
     often = max(places, key=lambda rate: len(places[rate]))
     first = next(one for one in every if one.axis.where == places[often][0])
-    return f"the file contradicts itself: {listed}", [Reading("", first.readings[0].rate)]
+    return f"the file contradicts itself: {listed}", [TimeReading("", first.readings[0].rate)]
 
 
-def _taken_for(best: _Statement, way: Reading) -> str:
-    """Return what is to be known of a reading that another could stand beside."""
+def _taken_for(best: _Statement, way: TimeReading) -> str:
+    """Return the note on a reading that was preferred to another."""
     if best.axis.unit.strip() or unit_in_name(best.axis.name) or not way.unit:
         return ""
     if way.start_time is not None:
@@ -350,7 +368,7 @@ def _taken_for(best: _Statement, way: Reading) -> str:
     return ""
 
 
-def _rounded(best: _Statement, way: Reading) -> str:
+def _rounded(best: _Statement, way: TimeReading) -> str:
     """Return the rates that a step may stand for that is rounded in print."""
     if best.axis.step is None or best.doubt <= SAME_AS_LOG:
         return ""

@@ -11,8 +11,8 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.recordings.guard import shown
+from shakerproc.recordings.raw import TimeAxis, Times
 from shakerproc.recordings.si import parse_unit, split_header
-from shakerproc.recordings.time_axis import TimeAxis, Times
 
 _UNIT_IN_NAME: Final = (
     r"s|secs?|seconds?|ms|msecs?|millis|milliseconds?|us|\u00b5s|usecs?|micros|microseconds?|ns|"
@@ -87,7 +87,7 @@ def time_columns(headers: Sequence[str], units: Sequence[str] = ()) -> list[int]
 
 
 def axis_of_column(header: str, unit: str, times: Times, kind: str = "time column") -> TimeAxis:
-    """Return what a column of times states; they are in `unit`, or that of the header."""
+    """Return the axis that a column of times states, in `unit` or that of the header."""
     _, said = time_name(header, unit) or ("", unit)
     name = split_header(header)[0]
     return TimeAxis(f"{kind} {shown(name)}", times=times, unit=said, name=name)

@@ -12,9 +12,8 @@ from shakerproc.errors import RecordingError
 from shakerproc.numerals import numeral
 from shakerproc.recordings.choosing import Chosen
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, Sampling, TimeAxis
 from shakerproc.recordings.resampling import Line
-from shakerproc.recordings.time_axis import Sampling, TimeAxis
 from shakerproc.recordings.time_base import SAME_AS_LOG, SAME_RATE, time_base
 from shakerproc.recordings.times import SKEW
 
@@ -188,7 +187,7 @@ def _line(channel: RawChannel, start: float, said: Sampling, run: str) -> Line:
 
 
 def _cost(lines: Sequence[Line], rate: float) -> tuple[str, str]:
-    """Return what makes interpolated samples doubtful, and what the interpolation costs."""
+    """Return the doubt in interpolated samples, and the cost of the interpolation."""
     band = min(line.band(rate) for line in lines)
     told = (
         f"Every channel is interpolated to {rate:.9g} Hz (resample); that is good to 1 % up to "
@@ -260,7 +259,7 @@ def _rate(channels: Sequence[RawChannel], said: Sampling, run: str) -> tuple[flo
 
 
 def _against(channels: Sequence[RawChannel], logged: float) -> str:
-    """Return what a file says against any even rate, where one is taken all the same [Hz]."""
+    """Return the objection of a file to an even rate that is taken all the same [Hz]."""
     problem = next((c.time.problem for c in channels if not c.time.is_silent), "")
     if not problem:
         return ""

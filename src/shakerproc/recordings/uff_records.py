@@ -16,10 +16,10 @@ from shakerproc.geometry.data_sets import (
     COMPLEX,
     HEAD,
     TYPES,
-    DataSet,
+    UffDataSet,
     UffError,
+    below_head,
     integer,
-    skip_lines,
 )
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.times import is_time
@@ -115,7 +115,7 @@ class Record:
         return over_time and not self.is_complex
 
 
-def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Record:
+def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Record:
     """Return a record of kind 58; with `spectra`, the values of those that are no samples too.
 
     Raises
@@ -123,7 +123,7 @@ def record_of(content: bytes, found: DataSet, *, spectra: bool = False) -> Recor
     UffError
         If its header is not what it should be, or it holds other than it says.
     """
-    body = skip_lines(content, found.start, HEAD)
+    body = below_head(content, found.start)
     lines = content[found.start : body].splitlines()
     if found.cut and (body > found.stop or len(lines) < HEAD):
         return Record((), 1, "", "", 0.0, -1, np.empty(0), is_complex=False, cut=True)
@@ -170,7 +170,7 @@ class _Numbers:
     """Where the numbers of a record stand, and how."""
 
     content: bytes
-    found: DataSet
+    found: UffDataSet
     body: int
     kind: int
     even: bool

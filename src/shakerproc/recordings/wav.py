@@ -24,11 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.arrays import LinesSource, Row
-from shakerproc.recordings.frames import Frames
-from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.time_axis import TimeAxis
+from shakerproc.recordings.arrays import ArrayRow, LinesSource
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 
 _ORDERS: Final = {b"RIFF": "<", b"RF64": "<", b"BW64": "<", b"RIFX": ">"}
 _LATER: Final = 0xFFFFFFFF
@@ -76,7 +74,7 @@ class _Format:
 
 @final
 @dataclass(slots=True, eq=False)
-class _Found:
+class _Chunks:
     """The chunks of a file: format, samples, texts and start."""
 
     chunks: dict[bytes, _Chunk] = field(default_factory=dict)
@@ -93,16 +91,8 @@ def read_wav(path: Path, run: str) -> RawFile:
     RecordingError
         If it is none, its samples are packed, or it is not what its chunks say.
     """
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    try:
-        with foreign(run, "reading the chunks"):
-            return _read(file, run)
-    except BaseException:
-        file.close()
-        raise
+    with foreign(run, "reading the chunks"):
+        return kept_open(path, run, lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:
@@ -136,7 +126,7 @@ def _read(file: BinaryIO, run: str) -> RawFile:
                    start_time=start_time, axes=axes)
         for number in range(said.channels)
     )  # fmt: skip
-    lines = tuple(Row(samples, number, upright=True) for number in range(said.channels))
+    lines = tuple(ArrayRow(samples, number, upright=True) for number in range(said.channels))
     return RawFile(
         (RawGroup("", channels),),
         LinesSource(run, lines, file),
@@ -148,7 +138,7 @@ def _endian(order: str) -> Any:
     return "big" if order == ">" else "little"
 
 
-def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Found:
+def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Chunks:
     """Return where the parts of a file are, and how long its samples should be [byte].
 
     What stands behind the samples has to be chunks too, up to the end of the file or to the
@@ -159,7 +149,7 @@ def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Fou
     RecordingError
         If something else stands there.
     """
-    found, at, longer = _Found(), 12, {}
+    found, at, longer = _Chunks(), 12, {}
     end = whole + 8
     while at + 8 <= size and at != end:
         file.seek(at)
@@ -210,7 +200,7 @@ def _long_sizes(content: bytes, order: str) -> dict[bytes, int]:
     return sizes
 
 
-def _content(file: BinaryIO, found: _Found, name: bytes, run: str) -> bytes:
+def _content(file: BinaryIO, found: _Chunks, name: bytes, run: str) -> bytes:
     """Return the content of a chunk that describes the samples; empty where it may lack.
 
     Raises
@@ -281,7 +271,7 @@ def _of_three_bytes(raw: NDArray[Any], order: str) -> NDArray[np.float64]:
 
 
 def _times(
-    file: BinaryIO, found: _Found, said: _Format, run: str
+    file: BinaryIO, found: _Chunks, said: _Format, run: str
 ) -> tuple[datetime | None, tuple[TimeAxis, ...]]:
     """Return the day on which a recording began, and what the file states of its times.
 
@@ -318,7 +308,7 @@ def _begun(content: bytes, rate: int) -> tuple[datetime | None, float, float]:
     return day, start, 0.5
 
 
-def _described(file: BinaryIO, found: _Found, said: _Format, run: str) -> Iterator[str]:
+def _described(file: BinaryIO, found: _Chunks, said: _Format, run: str) -> Iterator[str]:
     """Yield notes on the samples, and the texts that the file carries."""
     bits = 8 * said.dtype.itemsize
     if said.tag == _PCM:

@@ -1,7 +1,6 @@
 """One test of a log, processed: recording, crop, spectra, peaks, flags."""
 
-from shakerproc.runs.averaging import welch
-from shakerproc.runs.blows import averaged_blows
+from shakerproc.runs.averaging import averaged_blows, welch
 from shakerproc.runs.crops import find_crop
 from shakerproc.runs.opening import open_path, open_test
 from shakerproc.runs.processing import process_recording, process_test

@@ -1,23 +1,26 @@
-"""Flags of a run: oddities of its recording, departures from its log."""
+"""Flags of a run: oddities of its recording, departures from its log, expired calibrations."""
 
 from collections.abc import Callable
+from datetime import datetime
 from typing import Final
 
 import numpy as np
 
-from shakerproc.data import FloatArray, Recording
+from shakerproc.data import ChannelUse, FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_CLIPPED, health, unusable, within
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
-from shakerproc.runs.calibrations import expired
-from shakerproc.runs.control import BEYOND_ALARM, control_told
+from shakerproc.runs.levels import BEYOND_ALARM, control_told
 from shakerproc.runs.result import BoolArray, RunFlag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import too_fast
 from shakerproc.spectra import Sweep
 from shakerproc.spectra.exceedance import surely_beyond
-from shakerproc.testlog import ThresholdCrop, nominal_duration
+from shakerproc.testlog import Test, ThresholdCrop, nominal_duration
+
+EXPIRED: Final = "calibration"
+"""Kind of the flags of what was used after its calibration had ended."""
 
 DURATION_TOLERANCE: Final = 0.05
 """How far a sweep may miss the time that its rate asks for [-]."""
@@ -27,6 +30,39 @@ EDGE_OF_SWEEP: Final = 0.02
 
 EDGE_BINS: Final = 3
 """Bins at each end of the band where a window smears what the controller did."""
+
+
+def _calibrated(test: Test) -> list[ChannelUse]:
+    every = [*test.channels, *(use for one in test.beside for use in one.channels)]
+    return [use for use in every if use.calibration is not None and use.role != "ignore"]
+
+
+def told_calibrations(test: Test) -> list[str]:
+    """Return a sentence for each channel whose sensor is known."""
+    return [
+        f"Channel {use.name or use.key}: {use.calibration.told}."
+        for use in _calibrated(test)
+        if use.calibration is not None
+    ]
+
+
+def expired(test: Test, start: datetime | None) -> list[RunFlag]:
+    """Return a flag for each sensor and instrument whose calibration ended before the test."""
+    if start is None:
+        return []
+    day = start.date().isoformat()
+    sensors = [(str(use.name or use.key), use.calibration) for use in _calibrated(test)]
+    instruments = [("", one) for one in test.instruments]
+    return [
+        RunFlag(
+            EXPIRED,
+            channel,
+            f"{one.told}: it had expired on {day}, the day of the test; calibrate it, or "
+            "correct the day.",
+        )
+        for channel, one in (*sensors, *instruments)
+        if one is not None and "" < one.valid_until < day
+    ]
 
 
 def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:

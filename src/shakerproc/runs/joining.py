@@ -22,7 +22,7 @@ from shakerproc.errors import RecordingError, SpectrumError
 from shakerproc.interpolation import TAPS, interpolated
 from shakerproc.numerals import numeral
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
-from shakerproc.recordings.hashing import Seen
+from shakerproc.recordings.source_files import Seen
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.runs.roles import row_named
 from shakerproc.spectra.clocks import Clock, clock_against

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.recordings import FilePart, Sampling, open_recording
-from shakerproc.recordings.hashing import Seen
 from shakerproc.recordings.raw import RawGroup
-from shakerproc.runs.calibrations import by_sheet, told_calibrations
+from shakerproc.recordings.source_files import Seen
+from shakerproc.runs.flags import told_calibrations
 from shakerproc.runs.joining import in_sequence, side_by_side
-from shakerproc.runs.roles import UnitOption, usual_uses, with_unit
+from shakerproc.runs.roles import UnitOption, by_sheet, usual_uses, with_unit
 from shakerproc.testlog import Test, TestLog, check_expectation
 
 

@@ -13,8 +13,6 @@ from shakerproc.runs import levels
 from shakerproc.runs.analyses import with_analyses
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
 from shakerproc.runs.crops import crop_channel, find_crop
-from shakerproc.runs.envelope import envelope
-from shakerproc.runs.notch import notched
 from shakerproc.runs.opening import open_test
 from shakerproc.runs.resonances import Search, against_controls, density_peaks, response_peaks
 from shakerproc.runs.result import (
@@ -22,7 +20,8 @@ from shakerproc.runs.result import (
     lone_force,
 )
 from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
-from shakerproc.runs.tones import tones_taken_out
+from shakerproc.runs.thinning import envelope
+from shakerproc.runs.tones import notched, tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra.tones.lines import SpectralLine, told
 from shakerproc.testlog import Test, TestLog

@@ -3,7 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Final, final
+from typing import Final, TypeAlias, final
+
+import numpy as np
 
 from shakerproc.data import Channel, ChannelUse, Recording, Role
 from shakerproc.errors import LogError, SpectrumError
@@ -12,7 +14,19 @@ from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import RawChannel, RawGroup
 from shakerproc.recordings.si import contradicts, parse_unit, quantity_of
 from shakerproc.testlog import Test
-from shakerproc.units import near_miss
+from shakerproc.units import near_miss, numbered
+
+ALONG: Final = 0.9
+"""Least cosine between two directions that are one, about 25 degrees [-]: a sensor turned so
+far still measures nine tenths of the motion along the blow, and logs give round directions."""
+
+NEAR: Final = 1e-3
+"""Distance up to which two positions are one place [m]: logs give them in whole millimetres."""
+
+Triple: TypeAlias = tuple[float, float, float]
+
+Place: TypeAlias = tuple[Triple | None, Triple | None]
+"""Position [m] and direction [-] of a channel, None where the log does not say them."""
 
 _CONTROL_WORDS: Final = ("control", "ctrl", "drive", "table", "base", "shaker")
 _BY_UNIT: Mapping[str, Role] = MappingProxyType({
@@ -21,6 +35,23 @@ _BY_UNIT: Mapping[str, Role] = MappingProxyType({
     "m/s": "velocity",
     "Pa": "pressure",
 })
+
+
+def sense_of(first: Place, second: Place) -> float:
+    """Return 1 where two channels sit in one place along one line, and -1 where against it.
+
+    0 where they do not, or where a position is not known. A direction that is not known is that
+    of the other.
+    """
+    (where, along), (there, other) = first, second
+    if where is None or there is None:
+        return 0.0
+    if np.linalg.norm(np.subtract(where, there)) > NEAR:
+        return 0.0
+    if along is None or other is None:
+        return 1.0
+    cosine = float(np.dot(along, other))
+    return float(np.sign(cosine)) if abs(cosine) >= ALONG else 0.0
 
 
 @final
@@ -311,4 +342,22 @@ def _against(run: str, channels: Sequence[RawChannel], unit: str) -> str:
     return (
         f"{run}: --unit says {unit}, the file says {told}{more}. Take --unit out or, where the "
         "file is wrong, add --override-unit."
+    )
+
+
+def by_sheet(uses: Sequence[ChannelUse], group: RawGroup) -> tuple[ChannelUse, ...]:
+    """Return channels with the sensitivities of the sheet, where the file holds volts.
+
+    What a recorder has scaled already stays so, and what the log says itself counts.
+    """
+    units: dict[str | int, str] = {c.name: c.unit for c in group.channels}
+    units |= {number: c.unit for number, c in enumerate(group.channels, 1)}
+    return tuple(
+        replace(use, sensitivity=use.calibration.sensitivity)
+        if use.calibration is not None
+        and use.sensitivity is None
+        and quantity_of(numbered(use.unit)[1] if use.unit else units.get(use.key, ""))
+        in {"", "V"}
+        else use
+        for use in uses
     )

@@ -1,6 +1,8 @@
-"""Fewer points of a curve that look the same."""
+"""Fewer points of a curve that look alike, and the extremes of a long recording by slices."""
 
-from typing import Final
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final, final
 
 import numpy as np
 
@@ -8,6 +10,68 @@ from shakerproc.data import FloatArray
 
 OFF: Final = 2.0
 """How far off a straight line a point may lie that is left out [steps of a drawing]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Envelope:
+    """Extremes of each slice of time.
+
+    Attributes
+    ----------
+    time : (n_slices,) array
+        Middle of each slice [s].
+    low, high : (n_channels, n_slices) arrays
+        Smallest and largest sample of each slice [unit of the channel].
+    """
+
+    time: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def envelope(
+    blocks: Iterable[FloatArray], n_samples: int, sample_rate: float, n_slices: int = 1200
+) -> Envelope:
+    """Return the extremes of samples that come in blocks.
+
+    Parameters
+    ----------
+    blocks : iterable of (n_channels, n) arrays
+        All samples in order [unit of the channel].
+    n_samples : int
+        How many there are.
+    sample_rate : float
+        Samples per second [Hz].
+    n_slices : int
+        Slices of equal length; fewer where there are fewer samples.
+
+    Returns
+    -------
+    Envelope
+        Extremes of each slice.
+    """
+    n_slices = max(1, min(n_slices, n_samples))
+    edges = np.arange(n_slices + 1) * n_samples // n_slices
+    low: FloatArray | None = None
+    high: FloatArray | None = None
+    position = 0
+    for block in blocks:
+        if low is None or high is None:
+            low = np.full((block.shape[0], n_slices), np.inf)
+            high = np.full((block.shape[0], n_slices), -np.inf)
+        end = position + block.shape[1]
+        first = int(np.searchsorted(edges, position, side="right")) - 1
+        last = int(np.searchsorted(edges, end, side="left"))
+        starts = np.maximum(edges[first:last] - position, 0)
+        part = slice(first, last)
+        low[:, part] = np.fmin(low[:, part], np.minimum.reduceat(block, starts, axis=1))
+        high[:, part] = np.fmax(high[:, part], np.maximum.reduceat(block, starts, axis=1))
+        position = end
+    middle = np.asarray((edges[:-1] + edges[1:]) / (2.0 * sample_rate), dtype=float)
+    if low is None or high is None:
+        return Envelope(middle, np.zeros((0, n_slices)), np.zeros((0, n_slices)))
+    return Envelope(middle, low, high)
 
 
 def thinned(x: FloatArray, y: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:

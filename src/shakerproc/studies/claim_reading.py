@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from shakerproc.documents import Document
-from shakerproc.runs.former_names import former_note, present_name
+from shakerproc.runs.tables import former_note, present_name
 from shakerproc.studies.checks import Check, Relation, Trend
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.schema import CheckSection, ClaimSection, StudySection

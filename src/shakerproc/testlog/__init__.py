@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 from shakerproc.late import loaded
 from shakerproc.testlog.analyses import ResponseFunction
-from shakerproc.testlog.chosen_units import ChosenUnits, chosen_units
-from shakerproc.testlog.equipment import Shaker, Specimen
-from shakerproc.testlog.excitation import BROADBAND, PULSES, Excitation, Profile, ProfileNotch
-from shakerproc.testlog.expectations import check_expectation, nominal_duration
-from shakerproc.testlog.facts import facts_of
-from shakerproc.testlog.hammer import Hammer
-from shakerproc.testlog.levels import level_of, threshold_of
-from shakerproc.testlog.log import TestLog
-from shakerproc.testlog.multisine import Multisine
-from shakerproc.testlog.one_test import Expectation, Test
+from shakerproc.testlog.excitation import (
+    BROADBAND,
+    PULSES,
+    Excitation,
+    Hammer,
+    Multisine,
+    Profile,
+    ProfileNotch,
+    level_of,
+    threshold_of,
+)
+from shakerproc.testlog.header import ChosenUnits, Shaker, Specimen, chosen_units
+from shakerproc.testlog.log import TestLog, facts_of
+from shakerproc.testlog.one_test import Expectation, Test, check_expectation, nominal_duration
 from shakerproc.testlog.processing import (
     Crop,
     Modal,

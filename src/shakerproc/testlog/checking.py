@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from shakerproc.testlog.excitation import BROADBAND
-from shakerproc.testlog.facts import reserved_names
+from shakerproc.testlog.log import reserved_names
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.one_test import Test
 from shakerproc.testlog.schema import TestSection

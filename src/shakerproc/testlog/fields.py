@@ -29,7 +29,14 @@ Length: TypeAlias = Annotated[float | None, in_unit("m", not_negative=True)]
 Decibels: TypeAlias = Annotated[float | None, in_unit("dB", positive=True)]
 
 
-def _checked_text(text: str) -> str:
+def one_line(text: str) -> str:
+    """Return a text that is one line of at most 200 characters.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
     if not text.strip() or not text.isprintable() or len(text) > 200:
         raise ValueError(f"expected one line of text, got {quoted(text)}")
     return text.strip()
@@ -116,6 +123,6 @@ HashText: TypeAlias = Annotated[str, AfterValidator(_checked_hash)]
 Direction: TypeAlias = Annotated[tuple[float, float, float], BeforeValidator(_direction)]
 Written: TypeAlias = Annotated[str, BeforeValidator(as_text)]
 Metre: TypeAlias = Annotated[float, in_unit("m")]
-Text: TypeAlias = Annotated[str, AfterValidator(_checked_text)]
+Text: TypeAlias = Annotated[str, AfterValidator(one_line)]
 Remark: TypeAlias = Annotated[str, AfterValidator(_checked_remark)]
 Identity: TypeAlias = Annotated[int | str, AfterValidator(_checked_id)]

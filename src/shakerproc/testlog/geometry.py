@@ -13,9 +13,8 @@ from shakerproc.geometry import Place, Wireframe
 from shakerproc.geometry.data_sets import UffError
 from shakerproc.geometry.universal import read_wireframe
 from shakerproc.geometry.wireframe import LEAST, problem_of
-from shakerproc.testlog.csv_cells import csv_cells
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.paths import Below
+from shakerproc.testlog.paths import Below, csv_cells
 from shakerproc.testlog.schema import ChannelSection, GeometrySection
 from shakerproc.units import quoted, to_si
 
@@ -74,7 +73,7 @@ def _universal(path: Path) -> Wireframe:
 
 
 def _content(path: Path) -> bytes:
-    """Return what a file holds.
+    """Return the content of a file.
 
     Raises
     ------

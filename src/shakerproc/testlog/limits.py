@@ -87,7 +87,7 @@ def limits_of(
 
 
 def _named(key: str) -> tuple[Whose, str, tuple[str, ...]]:
-    """Return what a key names, its name, and the units that a limit may have."""
+    """Return the object of a key, its name, and the units that a limit may have."""
     if key == "force":
         return "force", "", _FORCES
     if key.startswith("joint "):

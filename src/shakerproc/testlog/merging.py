@@ -21,7 +21,7 @@ from shakerproc.testlog.analyses import (
     Splitting,
     Waterfall,
 )
-from shakerproc.testlog.levels import threshold_of
+from shakerproc.testlog.excitation import threshold_of
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.one_test import Expectation
 from shakerproc.testlog.processing import (

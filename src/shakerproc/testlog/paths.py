@@ -1,5 +1,7 @@
-"""Paths of a log: below its folder and nowhere else, on every system that may read it."""
+"""Files beside a log: paths below its folder, on every system, and cells of CSV files."""
 
+import csv
+import io
 import os
 import re
 import stat
@@ -8,6 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final, final
 
+from shakerproc.errors import LogError
 from shakerproc.units import quoted
 
 _ORDINARY: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*(?:\.[A-Za-z0-9_]+)?")
@@ -116,3 +119,34 @@ _WRONG: Final[Mapping[str, Callable[[str], bool]]] = {
     'one of < > " | ? *': lambda path: re.search(r'[<>"|?*]', path) is not None,
 }
 """What a path may not have, in the order that it is asked."""
+
+
+def csv_cells(raw: bytes, path: Path, *, comments: bool = False) -> list[tuple[int, list[str]]]:
+    """Return number and cells of every line.
+
+    The first line that says something tells whether semicolons or commas part them.
+
+    Parameters
+    ----------
+    raw : bytes
+        What the file holds.
+    path : Path
+        Of the file, for messages.
+    comments : bool
+        Whether lines that begin with # say nothing.
+
+    Raises
+    ------
+    LogError
+        If the file is no text.
+    """
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise LogError(f"{path}: expected text in UTF-8: {error.reason}") from error
+    lines = list(io.StringIO(text, newline=None))
+    if comments:
+        lines = ["\n" if line.lstrip().startswith("#") else line for line in lines]
+    separator = ";" if ";" in next(filter(str.strip, lines), "") else ","
+    rows = csv.reader(lines, delimiter=separator)
+    return [(number, [cell.strip() for cell in cells]) for number, cells in enumerate(rows, 1)]

@@ -17,7 +17,7 @@ from shakerproc.testlog.analyses import (
     Splitting,
     Waterfall,
 )
-from shakerproc.testlog.hammer import Hammer
+from shakerproc.testlog.excitation import Hammer
 
 
 @final

@@ -8,15 +8,10 @@ from typing import Literal, final
 
 from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
-from shakerproc.testlog.calibration import calibrated, read_calibrations
 from shakerproc.testlog.checking import Sharing, check_keys
-from shakerproc.testlog.equipment import Shaker, Specimen
-from shakerproc.testlog.excitation import LevelUnit, Profile
-from shakerproc.testlog.excitation_sections import multisine_of, tones_of
+from shakerproc.testlog.excitation import LevelUnit, Profile, level_of, rate_of, tidy
 from shakerproc.testlog.geometry import geometry_of, seated
-from shakerproc.testlog.header import Header
-from shakerproc.testlog.header_section import header_of
-from shakerproc.testlog.levels import level_of, rate_of, tidy
+from shakerproc.testlog.header import Header, Shaker, Specimen
 from shakerproc.testlog.limits import limits_of
 from shakerproc.testlog.log import TestLog
 from shakerproc.testlog.merging import (
@@ -27,13 +22,19 @@ from shakerproc.testlog.merging import (
     sample_rate_of,
 )
 from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.one_test import Expectation, Tag, Test
-from shakerproc.testlog.parts import Beside, Event
+from shakerproc.testlog.one_test import Beside, Event, Expectation, Tag, Test
 from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.processing import Processing
+from shakerproc.testlog.processing_sections import multisine_of, tones_of
 from shakerproc.testlog.profiles import fitting_profile, profile_of
-from shakerproc.testlog.schema import BesideSection, ChannelSection, LogSection, TestSection
-from shakerproc.testlog.specimens import Table, specimens_of
+from shakerproc.testlog.schema import (
+    BesideSection,
+    ChannelSection,
+    LogSection,
+    TestSection,
+    header_of,
+)
+from shakerproc.testlog.sheets import Table, calibrated, read_calibrations, specimens_of
 
 
 def read_testlog(path: Path, *, strict: bool = False) -> TestLog:

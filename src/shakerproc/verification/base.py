@@ -69,19 +69,21 @@ def jump_gap(clearance: float) -> Model:
     )
 
 
-def power_law(
-    exponent: float, wall: float = 1e-3, relaxation: float = 1e-5, force: float = 10.0
-) -> Model:
+FORCE: Final = 10.0
+"""Force of the power law in the listing [N]."""
+
+
+def power_law(exponent: float, wall: float = 1e-3, relaxation: float = 1e-5) -> Model:
     """Return the power law of the listing, with its relaxation spring and its damping.
 
-    `exponent` is without unit [-], `wall` and `relaxation` in [m], `force` in [N].
+    `exponent` is without unit [-], `wall` and `relaxation` in [m].
     """
     return model(
         EFFECTS["power_law"](  # type: ignore[call-arg]
-            force=force, reference_displacement=wall, exponent=exponent
+            force=FORCE, reference_displacement=wall, exponent=exponent
         ),
         EFFECTS["spring"](stiffness=relaxation),  # type: ignore[call-arg]
-        EFFECTS["damper"](damping=2.0 * np.sqrt(force) * 0.01),  # type: ignore[call-arg]
+        EFFECTS["damper"](damping=2.0 * np.sqrt(FORCE) * 0.01),  # type: ignore[call-arg]
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 from shakerproc.studies.checks import VERDICTS, Checked, Verdict
-from shakerproc.verification import experiment, free_motion, sweeps, theory
+from shakerproc.verification import free_motion, sweeps, theory
 from shakerproc.verification.base import ClaimFinding
 
 
@@ -62,7 +62,7 @@ class ThesisClaim:
 
 _CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(
     ThesisClaim(*row)
-    for module in (theory, sweeps, free_motion, experiment)
+    for module in (theory, sweeps, free_motion, theory)
     for row in module.CLAIMS
 )
 

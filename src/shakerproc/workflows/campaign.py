@@ -1,6 +1,6 @@
 """Every test of a log processed: what `shakerproc batch` does, and what it comes to."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -9,13 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, final
 
 from shakerproc.campaign import tables
+from shakerproc.campaign.batch import UNTOLD, CampaignResult, Execution, Progress, run_batch
 from shakerproc.campaign.earlier import read_earlier
 from shakerproc.campaign.jobs import Products, relative_recording
-from shakerproc.campaign.lock import locked
+from shakerproc.campaign.remote import RemoteExecutor, RemoteHashes
+from shakerproc.campaign.result_folder import locked
 from shakerproc.campaign.trend import Trend
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
-from shakerproc.report.page.trial import tried_header
+from shakerproc.report.page.page import tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import Test, TestLog, facts_of
 from shakerproc.workflows.arguments import (
@@ -29,17 +31,45 @@ from shakerproc.workflows.arguments import (
     whole_of,
 )
 from shakerproc.workflows.folders import own_folder
-from shakerproc.workflows.log_runs import run_log
 from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.option_values import Options
 from shakerproc.workflows.processing_options import described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html
+from shakerproc.workflows.worker import prepare, work_through
 from shakerproc.workflows.write_up import TrendWish, trends_of, units_of, write_up
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+
+def run_log(
+    log: TestLog,
+    root: Path,
+    products: Products,
+    machines: Machines,
+    *,
+    accept_changed: bool = False,
+    only: Collection[int | str] | None = None,
+    progress: Progress = UNTOLD,
+) -> CampaignResult:
+    """Return how every test of a log went, its results in a folder; see `run_batch`."""
+    executor = machines.executor(prepare if products.figures else None)
+    hashes = None
+    if machines.recordings is not None:
+        hashes = RemoteHashes(machines.executor(), machines.recordings)
+    if machines.scheduler is not None or machines.recordings is not None:
+        executor = RemoteExecutor(executor, machines.source(log))
+    return run_batch(
+        log,
+        root,
+        products,
+        Execution(work_through, executor, hashes),
+        accept_changed=accept_changed,
+        only=only,
+        progress=progress,
+    )
 
 
 @final
@@ -101,7 +131,7 @@ class Campaign(Shown):
         ArgumentError
             If there is no such trend, or none at all.
         """
-        from shakerproc.report.trends.figures import trend_figure
+        from shakerproc.report.trends import trend_figure
 
         known = self.trends
         if not known:

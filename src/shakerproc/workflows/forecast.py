@@ -1,4 +1,4 @@
-"""What the next level does: what `shakerproc forecast` does."""
+"""Prediction of planned tests: the workflow of `shakerproc forecast`."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -23,7 +23,7 @@ from shakerproc.forecasts.notched_profiles import profile_csv, profile_yaml
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
 from shakerproc.workflows.arguments import log_of, switch_of, text_of, whole_of, within_of
-from shakerproc.workflows.given_models import model_of
+from shakerproc.workflows.reading import model_of
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ SLOPES = (1.0, 1000.0)
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Forecast(Shown):
-    """What planned tests will do, with 90 % bands and the limits of the log.
+    """Predicted responses of planned tests, with 90 % bands and the limits of the log.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ def forecast(
     edges_db_per_octave: float = EDGE_DB_PER_OCTAVE,
     seed: int = 0,
 ) -> Forecast:
-    """Return what the tests will do that a log plans, with 90 % bands.
+    """Return the predicted responses of the tests that a log plans, with 90 % bands.
 
     Parameters
     ----------

@@ -5,8 +5,8 @@ from types import MappingProxyType
 from typing import Any, Final, TypedDict
 
 from shakerproc.errors import ArgumentError
+from shakerproc.recordings.raw import Sampling
 from shakerproc.recordings.si import parse_numbered
-from shakerproc.recordings.time_axis import Sampling
 from shakerproc.runs import UnitOption
 from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
 from shakerproc.units import near_miss

@@ -1,8 +1,13 @@
-"""Test logs and models, read for a notebook."""
+"""Test logs and models of a caller: read from files, handed over, or made in Python."""
 
+from dataclasses import dataclass
+from typing import Any
+
+from shakerproc.errors import ArgumentError
 from shakerproc.model_files import ModelFile, read_model_file
+from shakerproc.models import Model
 from shakerproc.testlog import TestLog, read_testlog
-from shakerproc.workflows.arguments import AnyPath, file_of
+from shakerproc.workflows.arguments import AnyPath, file_of, told
 
 
 def read_log(path: AnyPath) -> TestLog:
@@ -52,3 +57,36 @@ def read_model(path: AnyPath) -> ModelFile:
         not physical; with line and column.
     """
     return read_model_file(file_of("path", path, "a model"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GivenModel:
+    """A model, and the file it is from, if it is from one.
+
+    Attributes
+    ----------
+    model : Model
+        The model.
+    file : ModelFile, optional
+        Where it stands.
+    """
+
+    model: Model
+    file: ModelFile | None = None
+
+
+def model_of(given: Any, name: str = "model") -> GivenModel:
+    """Return a model: as read from a file, as a result holds it, or as made in Python.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(given, ModelFile):
+        return GivenModel(given.model, given)
+    if isinstance(given, Model):
+        return GivenModel(given)
+    raise ArgumentError(
+        name, f"expected a model, as read_model(path) returns it, got {told(given)}"
+    )

@@ -8,7 +8,7 @@ from shakerproc import recordings
 from shakerproc.data import Channel
 from shakerproc.errors import ArgumentError
 from shakerproc.numerals import numeral
-from shakerproc.recordings.time_axis import AS_STATED
+from shakerproc.recordings.raw import AS_STATED
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.workflows.arguments import AnyPath, file_of, number_of, switch_of, text_of
@@ -97,7 +97,7 @@ class OpenedRecording(Shown):
 
     def plot(self) -> "Figure":
         """Return every channel against time, as the extremes of each moment."""
-        from shakerproc.report.runs.recording import time_signals
+        from shakerproc.report.runs.drawing import time_signals
 
         with self._opened() as recording:
             return time_signals(recording)

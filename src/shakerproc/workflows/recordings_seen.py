@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from shakerproc.errors import LogError, RecordingError
-from shakerproc.recordings.time_axis import AS_STATED, Sampling
+from shakerproc.recordings.raw import AS_STATED, Sampling
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Final, Unpack, final
 from shakerproc import files
 from shakerproc.campaign import tables
 from shakerproc.campaign.jobs import SUMMARY, Products, input_of
-from shakerproc.campaign.lock import locked
 from shakerproc.campaign.manifest import SINGLE
-from shakerproc.campaign.single import check_folder, put_in_place
+from shakerproc.campaign.result_folder import check_folder, locked, put_in_place
 from shakerproc.data import Recording
 from shakerproc.errors import ArgumentError
 from shakerproc.numerals import numeral

@@ -11,6 +11,8 @@ from shakerproc.numerals import numeral
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from shakerproc.diagnosis.result import Errors
+
 MOST_ROWS: Final = 20
 """Rows of a table that a notebook shows."""
 
@@ -42,6 +44,16 @@ def frame_of_rows(names: Sequence[str], rows: Sequence[Sequence[object]]) -> "Da
     from pandas import DataFrame
 
     return DataFrame([tuple(row) for row in rows], columns=list(names))
+
+
+def frame_of_errors(errors: "Errors") -> "DataFrame":
+    """Return the free-run errors before and after, fitted and held out, and the floor [-]."""
+    rows = [
+        ("before", errors.fitted.before, errors.held_out.before),
+        ("after", errors.fitted.after, errors.held_out.after),
+        ("noise floor", None, errors.noise_floor),
+    ]
+    return frame_of_rows(("error", "fitted", "held_out"), rows)
 
 
 def html(heading: str, sentences: Sequence[str] = (), *tables: "DataFrame") -> str:

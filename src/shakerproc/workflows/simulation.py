@@ -1,13 +1,15 @@
-"""The response of a model to an input that is in memory."""
+"""Response of a model to an input in memory, and a campaign simulated as its log says."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
+from shakerproc import files
 from shakerproc.data import FloatArray
-from shakerproc.errors import ArgumentError
+from shakerproc.errors import ArgumentError, LogError
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.runs.result import shown_unit
@@ -15,12 +17,16 @@ from shakerproc.runs.tables import spelled
 from shakerproc.simulation import Simulation as Simulated
 from shakerproc.simulation import simulate as simulated
 from shakerproc.workflows.arguments import positive_of, switch_of, told
-from shakerproc.workflows.given_models import model_of
+from shakerproc.workflows.reading import model_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+    from shakerproc.data import Recording
+    from shakerproc.planning import Staging
+    from shakerproc.testlog import Test, TestLog
 
 
 @final
@@ -49,7 +55,7 @@ class Simulation(Shown):
 
     def plot(self) -> "Figure":
         """Return input and outputs against time."""
-        from shakerproc.report.runs.recording import signals
+        from shakerproc.report.runs.drawing import signals
 
         shown = []
         for name, (unit, samples) in self._signals().items():
@@ -138,3 +144,123 @@ def _samples(given: Any) -> FloatArray:
         first = int(np.flatnonzero(~np.isfinite(samples))[0])
         raise ArgumentError("excitation", f"sample {first} is {samples[first]}; fill the gap")
     return samples
+
+
+def rehearse_campaign(
+    model: "Model",
+    log: "TestLog",
+    staging: "Staging",
+    *,
+    folder: Path | None = None,
+    wanted: Sequence[str] = (),
+    overwrite: bool = False,
+    advance: Callable[[str], None] = lambda _text: None,
+    warn: Callable[[str], None] = lambda _text: None,
+) -> list[dict[str, object]]:
+    """Write the recording of each test that has one; return what is known of each.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Where a copy of the log goes, and the recordings below it; by default they are written
+        beside the log itself.
+    wanted : sequence of str
+        Ids of tests; by default all that are not discarded and whose log says what shakes them.
+    overwrite : bool
+        Whether recordings that are there are replaced.
+    advance, warn : callable
+        Called after each test, and with what may be wrong.
+
+    Raises
+    ------
+    LogError
+        If there is nothing to write, or a recording is there already.
+    """
+    from shakerproc.planning import rehearse
+    from shakerproc.planning.drive import not_playable
+
+    root = log.path.absolute().parent
+    target = root if folder is None else folder.absolute()
+    tests = [log.find(one) for one in wanted] if wanted else list(log.active)
+    for test in tests:
+        if test.recording is None:
+            warn(f"test {test.id} has no recording in the log and is left out")
+            advance(f"test {test.id}")
+    named = [test for test in tests if test.recording is not None]
+    played = [test for test in named if wanted or not not_playable(test)]
+    for test in named if played else ():
+        if test not in played:
+            warn(f"test {test.id} is left out: {not_playable(test)}")
+            advance(f"test {test.id}")
+    named = played or named
+    if not named:
+        raise LogError(f"{log.path}: no test has a recording to write; add the key")
+    paths = [_path(test, root, target) for test in named]
+    _check_free(log, paths, overwrite=overwrite)
+    if target != root:
+        _copy_log(log, target, overwrite=overwrite)
+    found = []
+    for test, path in zip(named, paths, strict=True):
+        made = rehearse(model, test, staging)
+        write_recording(path, made.recording)
+        found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
+        advance(f"test {test.id}")
+    return found
+
+
+def write_recording(path: Path, recording: "Recording") -> None:
+    """Write a recording in the format of its ending, whole or not at all.
+
+    Raises
+    ------
+    LogError
+        If there is no such format.
+    """
+    from shakerproc.recordings import WRITERS
+
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise LogError(
+            f"{path.name}: no format {path.suffix or 'without ending'}; shakerproc writes "
+            f"{', '.join(WRITERS)}. Correct recording in the log."
+        )
+    writer(path, recording)
+
+
+def _path(test: "Test", root: Path, target: Path) -> Path:
+    assert test.recording is not None  # noqa: S101 - narrows the type; the caller has checked
+    return target / test.recording.relative_to(root)
+
+
+def _check_free(log: "TestLog", paths: Sequence[Path], *, overwrite: bool) -> None:
+    """Pass paths at which nothing stands.
+
+    Raises
+    ------
+    LogError
+        If a recording is there and must not be replaced.
+    """
+    there = [path for path in paths if path.exists()]
+    if there and not overwrite:
+        more = f" and {len(there) - 1} more are" if len(there) > 1 else " is"
+        raise LogError(
+            f"{log.path}: {there[0]}{more} there already. Give --out FOLDER for a copy of the "
+            f"campaign, or --overwrite to replace what was recorded."
+        )
+
+
+def _copy_log(log: "TestLog", target: Path, *, overwrite: bool) -> None:
+    """Copy the log, and the specimens that it names, into another folder.
+
+    Raises
+    ------
+    LogError
+        If another file stands there.
+    """
+    named = log.document.value.specimens
+    sources = [log.path, *([log.path.parent / named] if isinstance(named, str) else [])]
+    for source in sources:
+        copy, content = target / source.relative_to(log.path.parent), source.read_bytes()
+        if copy.exists() and copy.read_bytes() != content and not overwrite:
+            raise LogError(f"{copy} is another file already; choose another --out")
+        files.write_bytes(copy, content)

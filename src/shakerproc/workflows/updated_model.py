@@ -30,8 +30,8 @@ from shakerproc.workflows.arguments import (
     told,
 )
 from shakerproc.workflows.folders import checked_folder
-from shakerproc.workflows.given_models import GivenModel, model_of
-from shakerproc.workflows.shown import Shown, frame_of_rows, html
+from shakerproc.workflows.reading import GivenModel, model_of
+from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,13 +98,7 @@ class UpdatedModel(Shown):
 
     def to_pandas(self) -> "DataFrame":
         """Return the errors before and after, on fitted and on held-out tests [-]."""
-        errors = self.errors
-        rows = [
-            ("before", errors.fitted.before, errors.held_out.before),
-            ("after", errors.fitted.after, errors.held_out.after),
-            ("noise floor", None, errors.noise_floor),
-        ]
-        return frame_of_rows(("error", "fitted", "held_out"), rows)
+        return frame_of_errors(self.errors)
 
     def plot(self) -> "Figure":
         """Return the response functions of the model as it was and of the new one."""

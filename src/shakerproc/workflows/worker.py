@@ -18,7 +18,7 @@ from shakerproc.runs import (
     tables,
     write_summary,
 )
-from shakerproc.runs.thesis import write_thesis_tables
+from shakerproc.runs.tables import write_thesis_tables
 from shakerproc.testlog import Test, facts_of
 
 

@@ -8,19 +8,18 @@ from typing import Any
 from shakerproc import __version__, files
 from shakerproc.campaign import trends
 from shakerproc.campaign.batch import CampaignResult
-from shakerproc.campaign.collecting import write_tables
 from shakerproc.campaign.earlier import Earlier, change_columns, changes
 from shakerproc.campaign.manifest import settle
+from shakerproc.campaign.tables import write_tables
 from shakerproc.campaign.trend import Trend
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import ArgumentError
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.header import HeaderView
 from shakerproc.report.page.page import Report, Watched, write_report
 from shakerproc.report.page.sections import ReportSection
 from shakerproc.report.runs.in_units import trend_in
-from shakerproc.report.trends.earlier import earlier_section
-from shakerproc.report.trends.figures import draw_trends
+from shakerproc.report.trends import draw_trends, earlier_section
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, TestLog, chosen_units
 from shakerproc.workflows.arguments import text_of

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.selection.next_test import (
 from shakerproc.models import EFFECTS
 from shakerproc.simulation import simulate
 from shakerproc.testlog import Shaker
-from shakerproc.testlog.levels import level_of
+from shakerproc.testlog.excitation import level_of
 
 ONE = np.ones(1)
 LINEAR = one_mass()

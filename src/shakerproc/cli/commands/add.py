@@ -57,7 +57,7 @@ def add(
     from shakerproc.model_files import read_model_file
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import updated_model
-    from shakerproc.workflows.given_models import GivenModel
+    from shakerproc.workflows.reading import GivenModel
 
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():

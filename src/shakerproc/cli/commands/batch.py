@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shakerproc.cli import next_step, options, output
-from shakerproc.cli.grouped_help import EVIDENCE, MACHINES, TRENDS
+from shakerproc.cli.commands import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import CampaignResult
@@ -134,10 +134,9 @@ def batch(
     """Process every test of a log: tables, trends, figures and a report; resumable."""
     from shakerproc.campaign.earlier import read_earlier
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.lock import locked
-    from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.run_log import work_through_log
-    from shakerproc.report.page.trial import tried_header
+    from shakerproc.campaign.result_folder import locked
+    from shakerproc.cli.batch_output import tell, work_through_log
+    from shakerproc.report.page.page import tried_header
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging

@@ -156,7 +156,7 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
         If there is no column, or a tolerance cannot be read.
     """
     from shakerproc.campaign.agreement import read_tolerance
-    from shakerproc.runs.former_names import former_note, present_name
+    from shakerproc.runs.tables import former_note, present_name
 
     wanted = {}
     for part in columns.split(","):
@@ -195,7 +195,7 @@ def _reason(table: "ResultTable", test: str) -> str:
 
 def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
     """Return one deviation as a line of text."""
-    from shakerproc.runs.control import beside
+    from shakerproc.runs.levels import beside
 
     place = [f"test {off.test}", off.channel, off.quantity]
     unit = f" {off.unit}" if off.unit else ""

@@ -189,7 +189,7 @@ def _decays(
 ) -> None:
     """Compare a model that nothing drives with free decays."""
     from shakerproc import files
-    from shakerproc.workflows.decays import compare_free_decays
+    from shakerproc.workflows.comparison import compare_free_decays
     from shakerproc.workflows.evidence import inputs_of
 
     model, older, campaign = asked

@@ -72,9 +72,8 @@ def _processed(
 ) -> dict[str, Any]:
     """Do what `shakerproc batch` does, with the evidence in the report."""
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.lock import locked
-    from shakerproc.cli.batch_output import tell
-    from shakerproc.cli.run_log import work_through_log
+    from shakerproc.campaign.result_folder import locked
+    from shakerproc.cli.batch_output import tell, work_through_log
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.write_up import TrendWish, write_up
@@ -106,10 +105,10 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.recordings import sha256
     from shakerproc.report.evidence.models import Models
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows import example
+    from shakerproc.workflows import draft
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new
 
-    log_path, model_path = example.write_example(folder)
+    log_path, model_path = draft.write_example(folder)
     log, model = read_testlog(log_path), read_model(model_path)
     _say("compare", model_path, log_path, json=json)
     with output.progress("compare", len(log.tests)) as advance:

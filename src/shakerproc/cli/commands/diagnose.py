@@ -38,7 +38,7 @@ def diagnose(
     from shakerproc.runs.remarks import by_tests
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import evidence
-    from shakerproc.workflows.diagnose_remote import judged
+    from shakerproc.workflows.diagnosis import judged
     from shakerproc.workflows.machines import LONG, MUCH, Machines
 
     options.check_order(model, testlog)
@@ -160,7 +160,7 @@ def _not_fitted(candidate: "Tried") -> str:
 
 
 def _title(errors: "Errors") -> str:
-    """Return what the errors of candidates are, which `errors` are compared as."""
+    """Return the title of the errors of candidates, which `errors` are compared as."""
     how = f", predicted {numeral(errors.ahead_s[0], 2)} s ahead" if errors.ahead_s else ""
     return f"Candidates, best first{how}"
 

@@ -1,16 +1,49 @@
 """``shakerproc effects``."""
 
+import os
+import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from shakerproc.cli import braille, options, output, tables
+from shakerproc.cli import options, output, tables
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from shakerproc.workflows.effect_documents import Kind
+
+_BLANK: Final = 0x2800
+_DOTS: Final = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+
+
+def can_be_shown() -> bool:
+    """Return whether stdout is a terminal that has such characters."""
+    encoding = (getattr(sys.stdout, "encoding", "") or "").lower().replace("-", "")
+    return sys.stdout.isatty() and encoding == "utf8" and os.environ.get("TERM") != "dumb"
+
+
+def curve(x: Sequence[float], y: Sequence[float], columns: int, rows: int) -> str:
+    """Return a curve, with the origin in the middle, as lines of characters.
+
+    Parameters
+    ----------
+    x, y : sequence of float
+        Points along the curve, close to each other.
+    columns, rows : int
+        Size of the picture in characters.
+    """
+    wide, high = 2 * columns - 1, 4 * rows - 1
+    cells = [[0] * columns for _ in range(rows)]
+    largest_x = max(map(abs, x)) or 1.0
+    largest_y = max(map(abs, y)) or 1.0
+    for across, up in zip(x, y, strict=True):
+        column = round((across / largest_x + 1.0) / 2.0 * wide)
+        row = round((1.0 - up / largest_y) / 2.0 * high)
+        cells[row // 4][column // 2] |= _DOTS[row % 4][column % 2]
+    return "\n".join("".join(chr(_BLANK + cell) for cell in line) for line in cells)
 
 
 def complete_kind(incomplete: str) -> list[str]:
@@ -84,7 +117,7 @@ def _print_all(known: "Mapping[str, Kind]", json: str | None) -> None:
     rows: list[tuple[object, ...]] = [
         (k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k not in FAULTS
     ]
-    if braille.can_be_shown() and json != "-":
+    if can_be_shown() and json != "-":
         columns = ("effect", "loop", *columns[1:])
         rows = [(k, tables.Picture(f"{_loop(str(k), 10, 2)}\n "), *more) for k, *more in rows]
     output.print_table(columns, rows, json_target=json, spare=("parameters",))
@@ -106,7 +139,7 @@ def _print_one(kind: str, document: "Mapping[str, object]", json: str | None) ->
     assert isinstance(references, list)  # noqa: S101
     output.data(f"{kind}: {document['about']}", json_target=json)
     output.data(f"  {document['formula']}", json_target=json)
-    if braille.can_be_shown():
+    if can_be_shown():
         _print_loop(kind, json)
     output.print_table(
         ("parameter", "symbol", "unit", "meaning", "must be", "force is linear in it"),
@@ -148,7 +181,7 @@ def _loop(kind: str, columns: int, rows: int) -> str:
     if isinstance(effect, StiffnessDrift) and effect.stiffness is None:
         effect = effect.in_place(1.2e5, 1.0)
     cycle = cycle_of(effect, LARGEST)
-    return braille.curve(cycle.displacement.tolist(), cycle.force.tolist(), columns, rows)
+    return curve(cycle.displacement.tolist(), cycle.force.tolist(), columns, rows)
 
 
 def _draw(kind: str, path: Path) -> None:

@@ -48,7 +48,7 @@ def init(
 
 
 def _own(folder: Path, recordings: Path, said: "Sampling") -> None:
-    from shakerproc.workflows.drafted_campaign import begin
+    from shakerproc.workflows.draft import begin
     from shakerproc.workflows.recordings_seen import recordings_below
 
     with output.progress("looking into", len(recordings_below(recordings))) as advance:
@@ -60,13 +60,13 @@ def _own(folder: Path, recordings: Path, said: "Sampling") -> None:
 
 def _simulated(folder: Path) -> None:
     from shakerproc.errors import LogError
-    from shakerproc.workflows import example
+    from shakerproc.workflows import draft
 
     if folder.is_dir() and any(folder.iterdir()):
         raise LogError(
             f"{folder}: the folder is not empty. Name a new one; nothing was written."
         )
-    log, model = example.write_example(folder)
+    log, model = draft.write_example(folder)
     output.message("simulated recordings of a coupon whose joint has play, and a model without")
     for line in (
         f"shakerproc batch {log}",

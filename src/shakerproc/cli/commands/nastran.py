@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from shakerproc.cli import faults, output
-from shakerproc.cli.grouped_help import GroupedCommand
+from shakerproc.cli import output
+from shakerproc.cli.commands import GroupedCommand
 
 if TYPE_CHECKING:
     from shakerproc.data import FloatArray
@@ -144,7 +144,7 @@ def read(
     ] = None,
 ) -> None:
     """Write the results of a punch file as a recording, which process takes like any other."""
-    from shakerproc.exchange.punch_recording import recording_of_punch
+    from shakerproc.exchange.nastran_punch import recording_of_punch
     from shakerproc.recordings import WRITERS
 
     write_recording = WRITERS.get(out.suffix.lower())
@@ -356,7 +356,7 @@ def _measured(
             )
         crop = find_crop(recording, chosen)
         start, stop = (at / recording.sample_rate for at in (crop.start, crop.stop))
-        faults.tell(recording, role, start, stop)
+        output.tell_faults(recording, role, start, stop)
         samples = recording.select(controls).samples(crop.start, crop.stop)
         return np.arange(samples.shape[1]) / recording.sample_rate, samples.mean(axis=0)
 

@@ -142,7 +142,7 @@ def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.rehearsal import rehearse_campaign
+    from shakerproc.workflows.simulation import rehearse_campaign
 
     log = read_testlog(testlog)
     with output.progress("simulate", len(log.active)) as advance:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import next_step, options, output
-from shakerproc.cli.grouped_help import CROP, TEST
+from shakerproc.cli.commands import CROP, TEST
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
@@ -165,7 +165,7 @@ def process(
     responses. Channels of other quantities are not used; the output names them.
     """
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.single import folder_name
+    from shakerproc.campaign.result_folder import folder_name
     from shakerproc.workflows.option_values import unit_of
     from shakerproc.workflows.processing_options import described
     from shakerproc.workflows.run import process_file

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import faults, options, output
+from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -98,7 +98,7 @@ def simulate(
     from shakerproc.planning.rehearsal import USUAL_NOISE
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.rehearsal import rehearse_campaign
+    from shakerproc.workflows.simulation import rehearse_campaign
 
     is_log = excitation.suffix.lower() in {".yaml", ".yml"}
     if is_log:
@@ -176,14 +176,14 @@ def _respond(
     from shakerproc.errors import LogError
     from shakerproc.planning import respond, with_usual_roles
     from shakerproc.recordings import open_recording
-    from shakerproc.workflows.rehearsal import write_recording
+    from shakerproc.workflows.simulation import write_recording
 
     target = (path.parent if out is None else out) / f"{path.stem}_simulated.tdms"
     if target.exists() and not overwrite:
         raise LogError(f"{target} is there already; give --out FOLDER or --overwrite")
     with open_recording(path, hashed=True) as recording:
         known = with_usual_roles(recording)
-        faults.tell(known, model.excitation.role, 0.0, known.duration)
+        output.tell_faults(known, model.excitation.role, 0.0, known.duration)
         made = respond(model, known, staging)
         digest = recording.sha256()
     write_recording(target, made.recording)

@@ -8,8 +8,7 @@ import typer
 from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
-    from shakerproc.exchange.joint_stiffness import JointStiffness
-    from shakerproc.exchange.tensile import TensileRun
+    from shakerproc.exchange.tensile import JointStiffness, TensileRun
 
 SCHEMA = "shakerproc-stiffness/1"
 ALIKE = (
@@ -122,7 +121,7 @@ def _of_specimen(
         If its runs do not hold what was asked for.
     """
     from shakerproc.errors import ExchangeError
-    from shakerproc.exchange.joint_stiffness import joint_stiffness
+    from shakerproc.exchange.tensile import joint_stiffness
 
     try:
         return joint_stiffness(
@@ -138,7 +137,7 @@ def _of_specimen(
 
 
 def _warnings(found: "list[JointStiffness]", last: int) -> list[str]:
-    from shakerproc.exchange.joint_stiffness import all_alike
+    from shakerproc.exchange.tensile import all_alike
 
     texts = [STIFFENING.format(specimen=one.specimen) for one in found if not one.settled]
     if last > 1 and all_alike(found, last=last):
@@ -239,7 +238,7 @@ def _write(
     if figures:
         from shakerproc.report.figures import style
         from shakerproc.report.figures.to_png import save
-        from shakerproc.report.models.tensile import all_runs, last_runs
+        from shakerproc.report.models.coupon import all_runs, last_runs
 
         for number, (one, pulled) in enumerate(zip(found, specimens, strict=True), 1):
             end = f"_{number}" if len(found) > 1 else ""

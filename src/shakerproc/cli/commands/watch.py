@@ -97,7 +97,7 @@ def watch(
     With --model, what was predicted of the run and what came is told, then the next test.
     """
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.lock import locked
+    from shakerproc.campaign.result_folder import locked
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.watching import Pace, Watch
     from shakerproc.workflows.write_up import TrendWish
@@ -161,7 +161,7 @@ def _forecast(model: Path, folder: Path, json: str | None, log: "TestLog") -> No
 
 
 def _logs(folder: Path, log: Path | None, said: "Sampling") -> "Callable[..., TestLog | None]":
-    from shakerproc.workflows.watched_log import DraftedLog, GivenLog, WatchedLog
+    from shakerproc.workflows.watching import DraftedLog, GivenLog, WatchedLog
 
     if log is None:
         return DraftedLog(folder, said, output.warning)

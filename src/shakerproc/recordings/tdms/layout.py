@@ -223,7 +223,7 @@ def _check_rows(data: Sequence[tuple[str, Index]], place: int) -> str:
 
 
 def cut_layout(layout: Layout, objects: Sequence[Listed], rest: int) -> Layout:
-    """Return what the first bytes of a chunk hold that was cut off after them."""
+    """Return the layout of a chunk that was cut off after its first bytes."""
     sizes = {e.path: e.index.size for e in objects if e.has_data and e.index}
     places = {}
     for path, old in layout.places.items():

@@ -132,7 +132,7 @@ def read_scaling(
 
 
 def scale_problem(properties: Properties) -> str:
-    """Return what is wrong with the scales of an object, or an empty text."""
+    """Return the fault in the scales of an object; empty where there is none."""
     count = properties.get("NI_Number_Of_Scales", MOST_SCALES)
     if not isinstance(count, int | float) or not 0 <= count <= MOST_SCALES:
         return f"NI_Number_Of_Scales is {shown(count, 30)}; 0 to {MOST_SCALES} are possible"
@@ -145,7 +145,7 @@ def scale_problem(properties: Properties) -> str:
 
 
 def _entry_problem(name: str, value: Any, count: int) -> str:
-    """Return what is wrong with one property of a scale."""
+    """Return the fault in one property of a scale."""
     number, _, entry = name[9:].partition("]_")
     if not number.isdecimal() or len(number) > 4 or int(number) >= count:
         return f"{shown(name)} is a scale beyond the {count} that there should be"

@@ -7,8 +7,6 @@ from functools import lru_cache
 from typing import Any, Final, TypeAlias, final
 
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.tdms.cursor import Cursor
-from shakerproc.recordings.tdms.said import is_tracked, value_of
 from shakerproc.recordings.tdms.types import (
     DAQMX,
     NUMBERS,
@@ -16,7 +14,10 @@ from shakerproc.recordings.tdms.types import (
     SCALERS,
     SIZES,
     STRING,
+    Cursor,
     StructureError,
+    is_tracked,
+    value_of,
 )
 
 NO_DATA: Final = 0xFFFFFFFF
@@ -61,7 +62,7 @@ class Scaler:
 @final
 @dataclass(frozen=True, slots=True)
 class Index:
-    """What a channel holds in one chunk.
+    """Values of a channel in one chunk.
 
     Attributes
     ----------

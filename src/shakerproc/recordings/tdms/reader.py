@@ -10,9 +10,8 @@ from typing import Any, BinaryIO, Final, final
 import numpy as np
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup
-from shakerproc.recordings.tdms.measurements import divided, start_of, unit_of
+from shakerproc.recordings.guard import AGAIN, kept_open, shown
+from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.tdms.metadata import (
     Properties,
     Scaling,
@@ -21,13 +20,31 @@ from shakerproc.recordings.tdms.metadata import (
     unused_scales,
 )
 from shakerproc.recordings.tdms.objects import Listed, split_path
-from shakerproc.recordings.tdms.said import is_tracked
-from shakerproc.recordings.tdms.source import Clock, ServedChannel, TdmsSource, clocks
-from shakerproc.recordings.tdms.structure import Extent, Structure, present
-from shakerproc.recordings.tdms.times import StampScaling, with_times
-from shakerproc.recordings.tdms.types import DAQMX, NUMBERS, STRING, TIMESTAMP, StructureError
+from shakerproc.recordings.tdms.source import (
+    SampleClock,
+    ServedChannel,
+    StampScaling,
+    TdmsSource,
+    clocks,
+    with_times,
+)
+from shakerproc.recordings.tdms.structure import (
+    Extent,
+    TdmsStructure,
+    divided,
+    present,
+    start_of,
+    unit_of,
+)
+from shakerproc.recordings.tdms.types import (
+    DAQMX,
+    NUMBERS,
+    STRING,
+    TIMESTAMP,
+    StructureError,
+    is_tracked,
+)
 from shakerproc.recordings.tdms.walk import walk
-from shakerproc.recordings.time_axis import SILENT, TimeAxis
 from shakerproc.recordings.time_base import time_base
 
 _REDUCED: Final = re.compile(r" - Decimated Data_Level\d+\Z")
@@ -43,17 +60,9 @@ def read_tdms(path: Path, run: str) -> RawFile:
         If the file cannot be opened or is not what its headers say.
     """
     try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    try:
-        return _open(file, run)
+        return kept_open(path, run, lambda file: _open(file, run))
     except StructureError as error:
-        file.close()
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
-    except BaseException:
-        file.close()
-        raise
 
 
 def _open(file: BinaryIO, run: str) -> RawFile:
@@ -136,9 +145,9 @@ class _Table:
     """The rows of a file: a channel has one for all its samples, and one for a measurement."""
 
     run: str
-    structure: Structure
+    structure: TdmsStructure
     served: list[ServedChannel] = field(default_factory=list)
-    clocks: list[Clock] = field(default_factory=list)
+    clocks: list[SampleClock] = field(default_factory=list)
 
     def add(self, part: _Part, paths: Sequence[str]) -> tuple[RawChannel, ...]:
         """Return the channels of a part; those that can be served get a row each."""
@@ -196,7 +205,9 @@ def _problem(entry: Listed) -> str:
     return f"it holds {kinds.get(entry.index.code, 'no real numbers')}"
 
 
-def _channel(path: str, structure: Structure, part: _Part, there: int, row: int) -> RawChannel:
+def _channel(
+    path: str, structure: TdmsStructure, part: _Part, there: int, row: int
+) -> RawChannel:
     levels = _levels(path, part.properties)
     start = structure.waveforms.starts.get((path, part.number))
     if start is None and part.number == 0:
@@ -218,7 +229,7 @@ def _channel(path: str, structure: Structure, part: _Part, there: int, row: int)
     )
 
 
-def _promised(path: str, structure: Structure, there: int) -> int:
+def _promised(path: str, structure: TdmsStructure, there: int) -> int:
     """Return how many values there should be; where the file cannot say, one chunk more."""
     missing = structure.missing.get(path, 0)
     entry = structure.known[path]
@@ -238,7 +249,7 @@ def _logged(levels: tuple[Properties, Properties, Properties], rate: float | Non
 
 
 def _axis(properties: Properties, *, dated: bool) -> TimeAxis:
-    """Return what a channel states of its times; a date of its start holds the offset.
+    """Return the statement of a channel on its times; a date of its start holds the offset.
 
     The interval of a waveform is in seconds where no unit of its axis says otherwise.
     """
@@ -279,7 +290,7 @@ def _is_reduced(name: str, properties: Mapping[str, Properties]) -> bool:
 
 
 def _notes(
-    structure: Structure, served: Sequence[ServedChannel], loose: Sequence[str]
+    structure: TdmsStructure, served: Sequence[ServedChannel], loose: Sequence[str]
 ) -> tuple[str, ...]:
     notes = []
     if structure.cut:

@@ -1,9 +1,10 @@
-"""Read blocks of samples straight from the raw data of a TDMS file, in bounded memory."""
+"""Samples of a TDMS file: blocks straight from its raw data, channels of times among them."""
 
 import os
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime, timedelta
 from typing import Any, BinaryIO, Final, final
 
 import numpy as np
@@ -11,19 +12,111 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN
+from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.raw import RawChannel, RawGroup, TimeAxis, TimesInFile
 from shakerproc.recordings.tdms.layout import Place
 from shakerproc.recordings.tdms.metadata import Scaling
 from shakerproc.recordings.tdms.structure import Extent
-from shakerproc.recordings.tdms.times import StampScaling
+from shakerproc.recordings.tdms.types import MOST_SECONDS
+from shakerproc.recordings.times import time_name
+
+_EPOCH: Final = datetime(1904, 1, 1, tzinfo=UTC)
+
+FRACTION: Final = 2.0**-64
+"""Of a second, in which time stamps count."""
 
 BATCH: Final = 1 << 20
 """Bytes read at a time."""
 
 
 @final
+@dataclass(slots=True, eq=False)
+class StampScaling:
+    """How time stamps become seconds: behind the whole second of the first that is read.
+
+    Attributes
+    ----------
+    zero : int, optional
+        That second, since 1904.
+    """
+
+    zero: int | None = None
+
+    def values(self, raw: Mapping[int | None, NDArray[Any]]) -> NDArray[Any]:
+        """Return the seconds [s] of stamps, given as fractions (0) and whole seconds (1)."""
+        fraction, seconds = raw[0], raw[1]
+        if self.zero is None and seconds.size:
+            self.zero = int(seconds.flat[0])
+        found: NDArray[Any] = (seconds - (self.zero or 0)) + fraction * FRACTION
+        return found
+
+    @property
+    def start(self) -> datetime | None:
+        """When the times count from."""
+        if self.zero is None or not 0 < self.zero < MOST_SECONDS:
+            return None
+        return _EPOCH + timedelta(seconds=self.zero)
+
+
+def with_times(
+    group: RawGroup, source: SampleSource, stamped: Mapping[int, StampScaling]
+) -> RawGroup:
+    """Return a group whose channels without a step have the times of one that holds them.
+
+    Parameters
+    ----------
+    group : RawGroup
+        The group.
+    source : SampleSource
+        Of the file.
+    stamped : mapping
+        Rows of time stamps.
+    """
+    measurements = tuple(with_times(part, source, stamped) for part in group.measurements)
+    group = replace(group, measurements=measurements)
+    holding = next((c for c in group.channels if _holds_times(c, stamped)), None)
+    if holding is None or not any(_follows(c, holding) for c in group.channels):
+        return group
+    times = TimesInFile(source, holding.row, holding.n_samples)
+    name, unit = time_name(holding.name, holding.unit) or (holding.name, "")
+    axis = TimeAxis(f"channel {shown(holding.name)}", times=times, name=name, unit=unit)
+    start = None
+    if holding.row in stamped:
+        source.read([holding.row], 0, 1)
+        axis, start = replace(axis, unit="s"), stamped[holding.row].start
+    axes = (axis,)
+    return replace(
+        group,
+        channels=tuple(
+            replace(c, axes=axes, start_time=start or c.start_time) if _follows(c, holding)
+            else replace(c, problem="it holds the times of the others") if c is holding
+            else c
+            for c in group.channels
+        ),
+    )  # fmt: skip
+
+
+def _holds_times(channel: RawChannel, stamped: Mapping[int, StampScaling]) -> bool:
+    """Return whether a channel holds times: stamps, or numbers that are called so."""
+    if not channel.n_samples or channel.row < 0:
+        return False
+    named = not channel.problem and time_name(channel.name, channel.unit) is not None
+    return channel.row in stamped or named
+
+
+def _follows(channel: RawChannel, holding: RawChannel) -> bool:
+    """Return whether a channel says no step of its own, and is as long as the times.
+
+    A step of 1 is what LabVIEW writes where none is given.
+    """
+    silent = all(axis.step is None or axis.step == 1.0 for axis in channel.axes)
+    serves = not channel.problem and channel is not holding
+    return serves and silent and channel.n_samples == holding.n_samples
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
-class Clock:
+class SampleClock:
     """Channels whose values stand in the same numbers in the same extents.
 
     Attributes
@@ -58,14 +151,14 @@ class ServedChannel:
     scaling: Scaling | StampScaling
 
 
-def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, Clock]:
+def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, SampleClock]:
     """Return the clock of every channel; channels that go together share one."""
     counts: dict[str, list[tuple[int, int]]] = {path: [] for path in paths}
     for number, extent in enumerate(extents):
         for path, where in extent.layout.places.items():
             if where.count and path in counts:
                 counts[path].append((number, where.count))
-    shared: dict[tuple[tuple[int, int], ...], Clock] = {}
+    shared: dict[tuple[tuple[int, int], ...], SampleClock] = {}
     found = {}
     for path, steps in counts.items():
         key = tuple(steps)
@@ -75,12 +168,12 @@ def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, Clock]:
     return found
 
 
-def _clock(steps: Sequence[tuple[int, int]], extents: Sequence[Extent]) -> Clock:
+def _clock(steps: Sequence[tuple[int, int]], extents: Sequence[Extent]) -> SampleClock:
     chosen = tuple(extents[number] for number, _ in steps)
     counts = np.array([count for _, count in steps], dtype=np.int64)
     totals = counts * np.array([extent.n_chunks for extent in chosen], dtype=np.int64)
     starts = np.concatenate([[0], np.cumsum(totals)]).astype(np.int64)
-    return Clock(chosen, counts, starts)
+    return SampleClock(chosen, counts, starts)
 
 
 @final
@@ -98,7 +191,7 @@ class TdmsSource(SampleSource):
         Bytes that it had when it was walked over.
     channels : tuple of ServedChannel
         What each row is.
-    clocks : tuple of Clock
+    clocks : tuple of SampleClock
         Where the values of each row stand.
     """
 
@@ -106,7 +199,7 @@ class TdmsSource(SampleSource):
     file: BinaryIO
     size: int
     channels: tuple[ServedChannel, ...]
-    clocks: tuple[Clock, ...]
+    clocks: tuple[SampleClock, ...]
     _buffer: memoryview = field(default_factory=lambda: memoryview(bytearray(BATCH)))
 
     def close(self) -> None:

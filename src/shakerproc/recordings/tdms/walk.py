@@ -9,26 +9,27 @@ import os
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, final
 
-from shakerproc.recordings.tdms.cursor import Cursor
-from shakerproc.recordings.tdms.heads import (
-    BIG_ENDIAN,
-    HAS_DATA,
-    HAS_METADATA,
-    INTERLEAVED,
-    LEAD,
-    NEW_LIST,
-    VERSIONS,
-    Lead,
-    check_nothing_inside,
-    check_tag,
-    unpack_lead,
-)
 from shakerproc.recordings.tdms.layout import Layout, chunk_layout, cut_layout, short_layout
 from shakerproc.recordings.tdms.objects import Listed, read_objects
-from shakerproc.recordings.tdms.structure import Extent, Structure, append_extent
-from shakerproc.recordings.tdms.types import StructureError
+from shakerproc.recordings.tdms.structure import Extent, TdmsStructure, append_extent
+from shakerproc.recordings.tdms.types import Cursor, StructureError
+
+LEAD: Final = 28
+"""Bytes of a head."""
+
+HAS_METADATA: Final = 1 << 1
+NEW_LIST: Final = 1 << 2
+HAS_DATA: Final = 1 << 3
+INTERLEAVED: Final = 1 << 5
+BIG_ENDIAN: Final = 1 << 6
+VERSIONS: Final = (4712, 4713)
+OPEN_END: Final = 0xFFFFFFFFFFFFFFFF
+"""Length of a segment that was never closed."""
+
+LONGEST: Final = 1 << 50
+"""Bytes of a segment that are believed."""
 
 MOST_METADATA: Final = 1 << 26
 """Bytes of metadata that the whole file may hold, repetitions aside."""
@@ -36,7 +37,102 @@ MOST_METADATA: Final = 1 << 26
 MOST_SEGMENTS: Final = 2_000_000
 
 
-def walk(file: BinaryIO) -> Structure:
+@final
+@dataclass(frozen=True, slots=True)
+class Lead:
+    """The first 28 bytes of a segment.
+
+    Attributes
+    ----------
+    position : int
+        First byte of the segment in the file.
+    flags : int
+        What the segment holds.
+    version : int
+        Version of the format.
+    data : int
+        First byte of the raw data in the file.
+    end : int, optional
+        First byte of the next segment, as promised; None where the writer never said it.
+    """
+
+    position: int
+    flags: int
+    version: int
+    data: int
+    end: int | None
+
+    @property
+    def endian(self) -> str:
+        """Byte order of everything behind the flags."""
+        return ">" if self.flags & BIG_ENDIAN else "<"
+
+
+def check_tag(head: bytes, position: int) -> None:
+    """Pass bytes that begin a segment, be they cut off.
+
+    Raises
+    ------
+    StructureError
+        If something else stands there.
+    """
+    if head[:4] == b"TDSh":
+        raise StructureError(
+            position, "this is an index (.tdms_index), which holds no data; give the .tdms file"
+        )
+    if head[:4] != b"TDSm"[: len(head)]:
+        raise StructureError(
+            position, f"a segment should begin here with b'TDSm' but {head[:4]!r} stands there"
+        )
+
+
+def unpack_lead(head: bytes, position: int) -> Lead:
+    """Return a head.
+
+    Raises
+    ------
+    StructureError
+        If its lengths cannot be.
+    """
+    flags: int = struct.unpack("<I", head[4:8])[0]
+    endian = ">" if flags & BIG_ENDIAN else "<"
+    version, to_next, to_data = struct.unpack(endian + "IQQ", head[8:LEAD])
+    if to_next != OPEN_END and to_data > to_next:
+        raise StructureError(
+            position, f"the data of a segment begin {to_data - to_next} bytes behind its end"
+        )
+    if to_next != OPEN_END and to_next > LONGEST:
+        raise StructureError(position, f"a segment says that it is {to_next} bytes long")
+    start = position + LEAD
+    end = None if to_next == OPEN_END else start + to_next
+    return Lead(position, flags, version, start + to_data, end)
+
+
+def check_nothing_inside(file: BinaryIO, lead: Lead, size: int) -> None:
+    """Pass a cut segment unless it would swallow others, because its length is damaged.
+
+    Raises
+    ------
+    StructureError
+        If another segment begins inside.
+    """
+    step, overlap = 1 << 20, LEAD
+    for start in range(lead.data, size, step):
+        file.seek(start)
+        part = file.read(step + overlap)
+        at = part.find(b"TDSm")
+        while at >= 0:
+            version = part[at + 8 : at + 12]
+            if version in {struct.pack(e + "I", v) for e in "<>" for v in VERSIONS}:
+                raise StructureError(
+                    lead.position,
+                    f"the segment says it is longer than the file, but another begins inside "
+                    f"it at byte {start + at}",
+                )
+            at = part.find(b"TDSm", at + 1)
+
+
+def walk(file: BinaryIO) -> TdmsStructure:
     """Return the structure of an open TDMS file.
 
     Raises
@@ -44,7 +140,7 @@ def walk(file: BinaryIO) -> Structure:
     StructureError
         If a header says what cannot be; a file that merely stops early is no error.
     """
-    found = Structure(size=file.seek(0, os.SEEK_END))
+    found = TdmsStructure(size=file.seek(0, os.SEEK_END))
     if not found.size:
         raise StructureError(0, "the file is empty (0 bytes)")
     state = _State()
@@ -61,7 +157,7 @@ def walk(file: BinaryIO) -> Structure:
 
 @dataclass(slots=True)
 class _State:
-    """What one segment inherits from the one before."""
+    """State that a segment inherits from the one before."""
 
     number: int = 0
     version: int | None = None
@@ -72,7 +168,7 @@ class _State:
     interleaved: set[bool] = field(default_factory=set)
 
 
-def _leads(file: BinaryIO, found: Structure) -> Iterator[Lead]:
+def _leads(file: BinaryIO, found: TdmsStructure) -> Iterator[Lead]:
     """Yield the head of each segment that has all its metadata.
 
     Raises
@@ -115,7 +211,7 @@ def _check_version(lead: Lead, state: _State) -> None:
     state.version = lead.version
 
 
-def _read_metadata(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> None:
+def _read_metadata(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -> None:
     size = lead.data - lead.position - LEAD
     if len(found.index) + size > MOST_METADATA:
         raise StructureError(
@@ -145,7 +241,7 @@ def _read_metadata(file: BinaryIO, lead: Lead, found: Structure, state: _State) 
         _add_to_index(block, lead, found, state)
 
 
-def _new_objects(block: bytes, lead: Lead, found: Structure, state: _State) -> None:
+def _new_objects(block: bytes, lead: Lead, found: TdmsStructure, state: _State) -> None:
     fresh = bool(lead.flags & NEW_LIST)
     before = () if fresh or state.objects is None else state.objects
     cursor = Cursor(block, lead.position + LEAD, lead.endian)
@@ -156,7 +252,7 @@ def _new_objects(block: bytes, lead: Lead, found: Structure, state: _State) -> N
         found.known[entry.path] = entry
 
 
-def _add_to_index(block: bytes, lead: Lead, found: Structure, state: _State) -> None:
+def _add_to_index(block: bytes, lead: Lead, found: TdmsStructure, state: _State) -> None:
     """Write the segment as npTDMS reads it from an index: with one chunk of data, or none."""
     head = struct.pack(
         lead.endian + "IQQ", lead.version, len(block) + state.layout.size, len(block)
@@ -164,7 +260,7 @@ def _add_to_index(block: bytes, lead: Lead, found: Structure, state: _State) -> 
     found.index += b"TDSh" + struct.pack("<I", lead.flags) + head + block
 
 
-def _add_data(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> None:
+def _add_data(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -> None:
     end = found.size if lead.end is None else min(lead.end, found.size)
     there = end - lead.data
     cut = lead.end is None or lead.end > found.size
@@ -191,7 +287,9 @@ def _add_data(file: BinaryIO, lead: Lead, found: Structure, state: _State) -> No
         found.missing = _missing(lead, there, found, state)
 
 
-def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut: bool) -> None:
+def _add_extents(
+    lead: Lead, there: int, found: TdmsStructure, state: _State, *, cut: bool
+) -> None:
     full, rest = divmod(there, state.layout.size)
     if full:
         apart = found.waveforms.data(state.number, state.layout, full, len(found.extents))
@@ -208,7 +306,7 @@ def _add_extents(lead: Lead, there: int, found: Structure, state: _State, *, cut
         found.extents.append(Extent(start, 1, tail, tail.size))
 
 
-def _missing(lead: Lead, there: int, found: Structure, state: _State) -> dict[str, int]:
+def _missing(lead: Lead, there: int, found: TdmsStructure, state: _State) -> dict[str, int]:
     """Return how many values of each channel a cut segment lacks, as far as it says."""
     if lead.end is None:
         return {}

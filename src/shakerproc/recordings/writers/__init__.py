@@ -5,10 +5,13 @@ from pathlib import Path
 from types import MappingProxyType
 
 from shakerproc.data import Recording
-from shakerproc.recordings.writers.columns import write_csv, write_parquet
-from shakerproc.recordings.writers.hdf5 import write_hdf5
-from shakerproc.recordings.writers.matlab import write_mat
-from shakerproc.recordings.writers.mdf import write_mf4
+from shakerproc.recordings.writers.by_libraries import (
+    write_csv,
+    write_hdf5,
+    write_mat,
+    write_mf4,
+    write_parquet,
+)
 from shakerproc.recordings.writers.tdms import write_tdms
 from shakerproc.recordings.writers.uff import write_uff
 

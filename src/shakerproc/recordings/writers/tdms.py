@@ -10,7 +10,7 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from shakerproc import files
 from shakerproc.data import FloatArray, Recording
-from shakerproc.recordings.writers.shown_units import blocks_in_file_units, file_unit
+from shakerproc.recordings.writers.by_libraries import blocks_in_file_units, file_unit
 
 PAIR: Final = 100
 """Samples of which SignalExpress keeps the smallest and the largest in a decimated copy."""

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from shakerproc import files
 from shakerproc.data import FloatArray, Recording
-from shakerproc.geometry.writing import MARK, text_line
-from shakerproc.recordings.writers.shown_units import BLOCK, file_unit
+from shakerproc.geometry.data_sets import MARK, text_line
+from shakerproc.recordings.writers.by_libraries import BLOCK, file_unit
 
 QUANTITIES: Final = {"m/m": 3, "m": 8, "m/s": 11, "m/s^2": 12, "N": 13, "Pa": 15}
 """What the format calls the kinds of data, by their SI unit; 0 is unknown, 1 general."""
@@ -35,7 +35,7 @@ _IEEE: Final = 2
 
 @final
 @dataclass(frozen=True, slots=True)
-class Axis:
+class RecordAxis:
     """An axis of a record: number of its quantity in the format, its name and its unit."""
 
     quantity: int
@@ -43,9 +43,9 @@ class Axis:
     unit: str
 
 
-TIME: Final = Axis(17, "time", "s")
-FREQUENCY: Final = Axis(18, "frequency", "Hz")
-NONE: Final = Axis(0, "NONE", "NONE")
+TIME: Final = RecordAxis(17, "time", "s")
+FREQUENCY: Final = RecordAxis(18, "frequency", "Hz")
+NONE: Final = RecordAxis(0, "NONE", "NONE")
 
 
 @final
@@ -60,8 +60,8 @@ class End:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Head:
-    """What stands above the numbers of a record 58.
+class RecordHead:
+    """Header of a record 58.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Head:
         Where the numerator and the denominator were measured.
     start, step : float
         Of the abscissa [unit of the abscissa].
-    abscissa, ordinate, denominator : Axis
+    abscissa, ordinate, denominator : RecordAxis
         What the values are over, are, and are divided by.
     """
 
@@ -83,9 +83,9 @@ class Head:
     reference: End
     start: float
     step: float
-    abscissa: Axis
-    ordinate: Axis
-    denominator: Axis = NONE
+    abscissa: RecordAxis
+    ordinate: RecordAxis
+    denominator: RecordAxis = NONE
 
 
 def write_uff(path: Path, recording: Recording) -> None:
@@ -105,7 +105,7 @@ def _write_record(file: BinaryIO, recording: Recording, number: int) -> None:
 
 
 def write_function(
-    file: BinaryIO, head: Head, values: NDArray[np.inexact[Any]], *, binary: bool
+    file: BinaryIO, head: RecordHead, values: NDArray[np.inexact[Any]], *, binary: bool
 ) -> None:
     """Write one record 58: eleven lines of text, then the numbers as bytes or as text.
 
@@ -118,7 +118,7 @@ def write_function(
 
 
 def _write(
-    file: BinaryIO, head: Head, count: int, parts: Iterable[FloatArray], *, kind: int,
+    file: BinaryIO, head: RecordHead, count: int, parts: Iterable[FloatArray], *, kind: int,
     binary: bool,
 ) -> None:  # fmt: skip
     size = 8 * count * (2 if kind == _COMPLEX_DOUBLE else 1)
@@ -138,7 +138,7 @@ def _as_text(numbers: FloatArray) -> bytes:
     return "".join("".join(f"{v:20.12E}" for v in row) + "\n" for row in rows).encode()
 
 
-def _lines(head: Head, count: int, kind: int) -> Iterator[str]:
+def _lines(head: RecordHead, count: int, kind: int) -> Iterator[str]:
     """Yield the eleven lines above the numbers."""
     yield from map(text_line, (*head.texts, *[""] * 5)[:5])
     ends = [
@@ -151,11 +151,11 @@ def _lines(head: Head, count: int, kind: int) -> Iterator[str]:
         yield f"{axis.quantity:10d}{0:5d}{0:5d}{0:5d} {label:20} {unit:20}"
 
 
-def _head(recording: Recording, number: int) -> Head:
+def _head(recording: Recording, number: int) -> RecordHead:
     channel = recording.channels[number]
     unit, _ = file_unit(channel)
     start = recording.start_time
-    return Head(
+    return RecordHead(
         TIME_RESPONSE,
         (
             channel.name,
@@ -169,7 +169,7 @@ def _head(recording: Recording, number: int) -> Head:
         0.0,
         1.0 / recording.sample_rate,
         TIME,
-        Axis(QUANTITIES.get(channel.unit, 0), "NONE", unit),
+        RecordAxis(QUANTITIES.get(channel.unit, 0), "NONE", unit),
     )
 
 

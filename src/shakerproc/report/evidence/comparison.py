@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
 from shakerproc.data import FloatArray
 from shakerproc.models.motion import shown_in, unit_in
-from shakerproc.report.evidence.models import unit_of_sensor
+from shakerproc.report.evidence.models import evenly, unit_of_sensor
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import save
 
@@ -26,7 +25,6 @@ DOTS: Final = 3000
 """Samples of a restoring force that are drawn."""
 
 _NEAR: Final = 0.12  # of the largest velocity or displacement: what counts as none
-_PARTS: Final = 60  # of a range, from each of which as many samples are drawn
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -208,7 +206,7 @@ def _scatter(axis: "Axes", motion: JointMotion, along: FloatArray, other: FloatA
     what depends on the velocity.
     """
     near = np.flatnonzero(np.abs(other) < _NEAR * np.max(np.abs(other)))
-    picked = near[_evenly(along[near], DOTS)]
+    picked = near[evenly(along[near], DOTS)]
     for values, number, text in (
         (motion.force, 0, "measured"),
         (motion.force_model, 1, "model"),
@@ -219,18 +217,6 @@ def _scatter(axis: "Axes", motion: JointMotion, along: FloatArray, other: FloatA
             along[picked], values[picked] - slope * other[picked], ".", markersize=1.6,
             color=style.COLOURS[number], label=text, rasterized=True,
         )  # fmt: skip
-
-
-def _evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
-    """Return indices of about so many samples, as many from each part of the range."""
-    limits = np.linspace(values.min(), values.max(), _PARTS + 1)
-    which = np.clip(np.searchsorted(limits, values) - 1, 0, _PARTS - 1)
-    chosen = []
-    for part in range(_PARTS):
-        inside = np.flatnonzero(which == part)
-        step = max(1, inside.size * _PARTS // count)
-        chosen.append(inside[::step])
-    return np.concatenate(chosen)
 
 
 def error_in_time(comparison: Comparison) -> "Figure":

@@ -20,7 +20,7 @@ from shakerproc.report.page import methods
 from shakerproc.report.page.page import Report
 from shakerproc.report.page.sections import ReportSection, ReportTable, filled
 from shakerproc.report.runs.analyses import draw_panel, drawing
-from shakerproc.runs.analyses.decay_panels import Amplitude, Curve, decay_panels
+from shakerproc.runs.analyses.decays import Amplitude, Curve, decay_panels
 from shakerproc.runs.analysis import Panel
 
 MODEL_STYLES: Final = (3, 2)

@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
+from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 
 MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
@@ -14,6 +16,9 @@ MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
 
 SHOWN: Final = 4
 """Tests whose response functions are drawn, the levels spread out."""
+
+_PARTS: Final = 60
+"""Parts of a range, from each of which as many samples are drawn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,3 +129,14 @@ def deciding(comparison: Comparison) -> int:
 def loudest(comparison: Comparison) -> int:
     """Return the test with the largest input."""
     return by_input(comparison)[-1]
+
+
+def evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
+    """Return indices of about so many samples, as many from each part of the range."""
+    limits = np.linspace(values.min(), values.max(), _PARTS + 1)
+    which = np.clip(np.searchsorted(limits, values) - 1, 0, _PARTS - 1)
+    chosen = []
+    for part in range(_PARTS):
+        inside = np.flatnonzero(which == part)
+        chosen.append(inside[:: max(1, inside.size * _PARTS // count)])
+    return np.concatenate(chosen)

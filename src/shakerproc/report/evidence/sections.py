@@ -14,15 +14,16 @@ from shakerproc.models import EFFECTS
 from shakerproc.models.motion import shown_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence import motion, spectra
-from shakerproc.report.evidence.errors import CandidateError, ladder
-from shakerproc.report.evidence.estimates import (
+from shakerproc.report.evidence.errors import (
+    CandidateError,
     candidate_name,
     interval,
+    ladder,
     parameter_tables,
     shown_value,
 )
-from shakerproc.report.evidence.laws import free_law, laws
 from shakerproc.report.evidence.models import Models, level_of, loudest
+from shakerproc.report.evidence.motion import free_law, laws
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.runs.remarks import by_tests
 

@@ -1,16 +1,31 @@
-"""One look for everything that is drawn: colours, dashes, sizes."""
+"""One look for everything that is drawn: colours, dashes, sizes, and legible characters."""
 
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
+from io import BytesIO
 from threading import RLock
-from typing import TYPE_CHECKING, Any, Final
-
-from shakerproc.report.figures.glyphs import families
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+NOTEBOOK_DPI: Final = 100
+"""Resolution of a figure in a notebook [dots per inch]."""
+
+FIRST: Final = "DejaVu Sans"
+"""Comes with matplotlib: Latin, Greek, Cyrillic, Hebrew, Arabic, signs of mathematics."""
+
+OTHERS: Final = (
+    "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Source Han Sans SC",
+    "WenQuanYi Zen Hei", "WenQuanYi Micro Hei", "Microsoft YaHei", "SimHei", "PingFang SC",
+    "Hiragino Sans", "Yu Gothic", "IPAGothic", "Malgun Gothic", "NanumGothic",
+    "Noto Sans Devanagari", "Noto Sans Thai", "Arial Unicode MS",
+)  # fmt: skip
+"""Fonts of common systems for what it lacks, tried in this order."""
 
 COLOURS: Final = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#767676",
@@ -38,6 +53,46 @@ HEAD: Final = 0.45
 
 LEGEND: Final = 0.27
 """Room for a legend of one or two rows [in]."""
+
+
+@cache
+def families() -> tuple[str, ...]:
+    """Return the fonts of a picture, of those that are installed."""
+    from matplotlib.font_manager import fontManager
+
+    installed = {font.name for font in fontManager.ttflist}
+    return (FIRST, *(name for name in OTHERS if name in installed))
+
+
+def legible(text: str) -> str:
+    r"""Return text in which a character that no font has is its code, such as ``\u4e2d``."""
+    if text.isascii() and text.replace("\n", "").isprintable():
+        return text
+    return "".join(c if c == "\n" or _is_drawn(c) else _code(c) for c in text)
+
+
+def write_legibly(picture: "Figure") -> None:
+    """Write every text of a picture so that it can be drawn."""
+    from matplotlib.text import Text
+
+    for item in picture.findobj(Text):
+        text = item.get_text()
+        if (new := legible(text)) != text:
+            item.set_text(new)
+
+
+def _code(character: str) -> str:
+    return character.encode("unicode_escape").decode()
+
+
+@cache
+def _is_drawn(character: str) -> bool:
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    if not character.isprintable():
+        return False
+    fonts = (get_font(findfont(FontProperties(family=name))) for name in families())
+    return any(font.get_char_index(ord(character)) for font in fonts)
 
 
 def styles(roles: Sequence[str]) -> list[int]:
@@ -109,15 +164,13 @@ def figure(
     for a `head` and, if wanted, a `legend` above the axes; otherwise matplotlib finds room for
     every label.
     """
-    from shakerproc.report.figures.notebook import NotebookFigure
-
     if left is None:
-        made = NotebookFigure(figsize=(width, height), layout="constrained")
+        made = notebook_figure()(figsize=(width, height), layout="constrained")
         axes = made.subplots(rows, 1, sharex=sharex, squeeze=False)
     else:
         above = HEAD + (LEGEND if legend else 0.0)
         height += above
-        made = NotebookFigure(figsize=(width, height))
+        made = notebook_figure()(figsize=(width, height))
         grid = {
             "left": left / width,
             "right": 1.0 - 0.15 / width,
@@ -143,14 +196,15 @@ def logarithmic(axis: "Axes", low: float, high: float) -> None:
     axis.yaxis.set_minor_locator(NullLocator())
 
 
-def logarithmic_frequency(axis: "Axes") -> None:
-    """Make the horizontal axis logarithmic, with plain numbers at 1, 2 and 5."""
+def plain_logarithmic(axis: "Axes", along: Literal["x", "y"]) -> None:
+    """Make an axis logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    axis.set_xscale("log")
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.xaxis.set_minor_locator(NullLocator())
+    line = axis.xaxis if along == "x" else axis.yaxis
+    (axis.set_xscale if along == "x" else axis.set_yscale)("log")
+    line.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    line.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    line.set_minor_locator(NullLocator())
 
 
 def power_of_ten(value: float, _: int | None = None) -> str:
@@ -218,3 +272,20 @@ def name(axis: "Axes", name: str) -> None:
         fontsize=8.0,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )
+
+
+@cache
+def notebook_figure() -> "type[Figure]":
+    """Return the class of figures that show themselves in a notebook without any set-up."""
+    from matplotlib.figure import Figure
+
+    class NotebookFigure(Figure):
+        """A figure that is its own picture as the last line of a cell."""
+
+        def _repr_png_(self) -> bytes:
+            write_legibly(self)
+            buffer = BytesIO()
+            self.savefig(buffer, format="png", dpi=NOTEBOOK_DPI)
+            return buffer.getvalue()
+
+    return NotebookFigure

@@ -18,7 +18,7 @@ from shakerproc.report.figures.figure import (
     Plot,
     unwrapped,
 )
-from shakerproc.report.figures.glyphs import write_legibly
+from shakerproc.report.figures.style import write_legibly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,7 +117,7 @@ def _draw(axis: "Axes", plot: Plot, *, last: bool) -> None:
 def _scale(axis: "Axes", plot: Plot) -> None:
     """Set ends and ticks of both axes."""
     if plot.x.logarithmic:
-        style.logarithmic_frequency(axis)
+        style.plain_logarithmic(axis, "x")
     axis.set_xlim(plot.x.low, plot.x.high)
     if plot.names:
         axis.set_xticks(list(plot.names), list(plot.names.values()))
@@ -130,7 +130,7 @@ def _scale(axis: "Axes", plot: Plot) -> None:
 
 
 def _curve(axis: "Axes", curve: Curve, scale: Axis) -> None:
-    y = _drawable(curve.y, scale)
+    y = drawable(curve.y, logarithmic=scale.logarithmic)
     how: dict[str, Any] = style.line(curve.style)
     if curve.points:
         how |= {
@@ -146,8 +146,9 @@ def _curve(axis: "Axes", curve: Curve, scale: Axis) -> None:
         axis.fill_between(curve.x, low, high, color=how["color"], alpha=0.18, lw=0.0)
 
 
-def _drawable(y: FloatArray, scale: Axis) -> FloatArray:
-    return np.where(y > 0.0, y, np.nan) if scale.logarithmic else y
+def drawable(y: FloatArray, *, logarithmic: bool) -> FloatArray:
+    """Return values in any unit; NaN where a logarithmic axis cannot show them."""
+    return np.where(y > 0.0, y, np.nan) if logarithmic else y
 
 
 def _mark(axis: "Axes", mark: Mark, plot: Plot) -> None:

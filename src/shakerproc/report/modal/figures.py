@@ -19,7 +19,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import save
 from shakerproc.report.figures.units import read_ratio
-from shakerproc.report.trends.figures import draw_trends
+from shakerproc.report.trends import draw_trends
 from shakerproc.runs.curves import unbroken_phase
 
 if TYPE_CHECKING:
@@ -308,7 +308,7 @@ def trend_figure(analysis: ModalAnalysis) -> "Figure":
         )  # fmt: skip
     axes[0].set_ylabel("frequency, shift [%]")
     axes[1].set_ylabel("damping [%]")
-    plain_logarithmic(axes[1])
+    style.plain_logarithmic(axes[1], "y")
     axes[2].set_ylabel("MAC with the first")
     axes[2].set_ylim(0.0, 1.05)
     names = [f"{t.name}\n{t.test.level_text}".strip() for t in tests]
@@ -318,13 +318,3 @@ def trend_figure(analysis: ModalAnalysis) -> "Figure":
     figure.suptitle("modes over the tests, 95 % intervals", fontsize=10, x=0.01, ha="left")
     axes[0].legend(ncols=7, fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
-
-
-def plain_logarithmic(axis: "Axes") -> None:
-    """Make the vertical axis logarithmic with plain numbers at 1, 2 and 5 of each decade."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-
-    axis.set_yscale("log")
-    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
-    axis.yaxis.set_minor_locator(NullLocator())

@@ -22,7 +22,7 @@ from shakerproc.report.modal.shapes import matrix, moving_shape, swings
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
-from shakerproc.report.trends.figures import page_figures
+from shakerproc.report.trends import page_figures
 
 MOST_MODES: Final = 20
 """Modes of a matrix that is drawn."""

@@ -114,9 +114,7 @@ def _numbers_of(made: AbstractEffect | AbstractFault) -> str:
 
 
 def _panels(kind: str, formula: str) -> tuple["Figure", "Axes", "Axes"]:
-    from shakerproc.report.figures.notebook import NotebookFigure
-
-    figure = NotebookFigure(figsize=(8.0, 3.7), layout="constrained")
+    figure = style.notebook_figure()(figsize=(8.0, 3.7), layout="constrained")
     left, right = figure.subplots(1, 2)
     figure.suptitle(f"{kind}:  {formula}\n{numbers(kind)}", fontsize=9.0, x=0.01, ha="left")
     return figure, left, right

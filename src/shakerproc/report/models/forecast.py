@@ -129,7 +129,7 @@ def sections(found: Forecast) -> list[ReportSection]:
 
 
 def _last_step(step: LastStep) -> ReportSection:
-    """Return what was predicted of the highest level that was run, and what came."""
+    """Return the prediction for the highest level that was run, beside the measurement."""
     rows = []
     for one in step.values:
         unit, factor = SHOWN.get(one.unit, (one.unit, 1.0))

@@ -13,22 +13,76 @@ from markupsafe import Markup
 
 from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
-from shakerproc.campaign.trend_sentences import trend_sentence
+from shakerproc.campaign.trends import trend_sentence
 from shakerproc.report.figures import axes, image, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page import templating
-from shakerproc.report.page.header import HeaderView, with_expired
+from shakerproc.report.page.header import (
+    HeaderView,
+    environment,
+    header_view,
+    rendered,
+    with_expired,
+)
 from shakerproc.report.page.methods import Methods, methods_of
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.report.runs import overview
 from shakerproc.report.runs.in_units import run_in, trend_in
 from shakerproc.report.runs.overview import Attention, Cell, Count, TableColumn, resonances
 from shakerproc.report.runs.view import RunView, run_view
-from shakerproc.report.trends.figures import page_figures
-from shakerproc.runs.summary import RunSummary
+from shakerproc.report.trends import page_figures
+from shakerproc.runs.analysis import PanelScale
+from shakerproc.runs.summary import (
+    AnalysisSummary,
+    ChannelSummary,
+    CurveSummary,
+    FlagSummary,
+    LineSummary,
+    PanelSummary,
+    PeakSummary,
+    RunSummary,
+)
+from shakerproc.testlog import TestLog
 
 _SHOWN: Final = 20
 """Tests that are named at most."""
+
+_PEAK: Final = PeakSummary(100.0, 100.0, 10.0, 100.0, 0.02, 0.01, 0.03, 25.0, 1.0, "", 0.99)
+
+_RESPONSE: Final = ChannelSummary(
+    "response",
+    "response",
+    "g",
+    "",
+    0.0,
+    1.0,
+    -3.0,
+    3.0,
+    3.0,
+    3.0,
+    1.0,
+    0.99,
+    (_PEAK,),
+    (_PEAK,),
+)
+
+_SHAPE: Final = ((10.0, 100.0, 200.0), (0.1, 1.0, 0.1))
+
+_ANALYSIS: Final = AnalysisSummary(
+    "example", "Example", ({"channel": "response", "largest_g": 3.0},), ("A sentence.",),
+    (PanelSummary(
+        "Example", "A figure.", PanelScale("frequency [Hz]"), PanelScale("amplitude [g]"),
+        (LineSummary("response", *_SHAPE, "response", "curve"),),
+    ),),
+)  # fmt: skip
+
+EXAMPLE: Final = RunSummary(
+    "1", "done", {"joint": "radial", "level": "1 g"}, "example.tdms", "0" * 64,
+    sample_rate_hz=1000.0, duration_s=10.0, crop_s=(1.0, 9.0), measured_level=1.0,
+    level_unit="g", channels=(_RESPONSE,), flags=(FlagSummary("level", "", "A sentence."),),
+    curves=(CurveSummary("psd", "response", *_SHAPE),), notes=("A sentence.",),
+    analyses=(_ANALYSIS,),
+)  # fmt: skip
+"""A run with something in every place of the page."""
 
 
 @final
@@ -159,9 +213,9 @@ def write_report(path: Path, report: Report) -> None:
 def html(report: Report) -> str:
     """Return a report as one HTML document that needs no other file and no network."""
     own = None if report.header is None else report.header.template
-    environment = templating.environment(own)
-    css = _style(environment, _ours(environment, "vendor/uplot/uPlot.min.css"))
-    script = _script(environment)
+    templates = environment(own)
+    css = _style(templates, _ours(templates, "vendor/uplot/uPlot.min.css"))
+    script = _script(templates)
     content = {
         "page": _page(report),
         "look": live.quoted(json.dumps(LOOK)),
@@ -170,13 +224,13 @@ def html(report: Report) -> str:
         "style_hash": _source_hash(css),
         "script_hash": _source_hash(script),
     }
-    return axes.shared(templating.rendered(environment, own, content))
+    return axes.shared(rendered(templates, own, content))
 
 
-def _style(environment: Environment, uplot: str = "") -> Markup:
+def _style(templates: Environment, uplot: str = "") -> Markup:
     """Return the style of the page, that of the drawings included."""
     return Markup(  # noqa: S704 - ours
-        environment.get_template("page.css").render(
+        templates.get_template("page.css").render(
             uplot=uplot, colours=style.COLOURS, dashes=_dashes(), shades=style.SHADES
         )
     )
@@ -184,23 +238,23 @@ def _style(environment: Environment, uplot: str = "") -> Markup:
 
 def svg_file(drawing: Markup) -> str:
     """Return a drawing of the page as an SVG file that needs no page."""
-    css = _style(templating.environment(None))
+    css = _style(environment(None))
     first = '<svg xmlns="http://www.w3.org/2000/svg" '
     head, body = drawing.removeprefix("<svg ").split(">", 1)
     return f"{first}{head}><style>{css}</style>{body}"
 
 
-def _ours(environment: Environment, name: str) -> Markup:
+def _ours(templates: Environment, name: str) -> Markup:
     """Return a file of ours as it is."""
-    loader = environment.loader
+    loader = templates.loader
     assert loader is not None  # noqa: S101 - set where it is made
-    return Markup(loader.get_source(environment, name)[0])  # noqa: S704 - ours
+    return Markup(loader.get_source(templates, name)[0])  # noqa: S704 - ours
 
 
-def _script(environment: Environment) -> Markup:
+def _script(templates: Environment) -> Markup:
     """Return uPlot with its licence, and what this page does with it, as one script."""
     licence, drawing, page, shown = (
-        _ours(environment, name)
+        _ours(templates, name)
         for name in (
             "vendor/uplot/LICENSE.txt", "vendor/uplot/uPlot.iife.min.js", "page.js", "live.js"
         )
@@ -276,3 +330,21 @@ def _provenance(report: Report, methods: Methods) -> list[str]:
         f"Options: {options}" if options else f"Options: {rest}",
         "Every number of this page is in report.json and the tables beside it.",
     ]
+
+
+def tried_header(log: TestLog) -> HeaderView | None:
+    """Return the head of the report of a log, its template tried on an example.
+
+    Raises
+    ------
+    LogError
+        If the photo cannot be read, or the template is none, or fails on the example.
+    """
+    found = header_view(log)
+    if found is not None and found.template is not None:
+        failed = RunSummary("2", "failed", error="A sentence.", detail="A sentence.")
+        table = ReportTable("Example", ("a",), (("1",),))
+        section = ReportSection("Example", "example", ("A sentence.",), (table,))
+        html(Report(log.title, (EXAMPLE, failed), channel="response", header=found,
+                    sections=(section,)))  # fmt: skip
+    return found

@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot, unwrapped_line
-from shakerproc.report.figures.to_png import LEFT, save
+from shakerproc.report.figures.to_png import LEFT, drawable, save
 from shakerproc.report.figures.units import USUAL
 from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.in_units import panel_in
@@ -77,7 +77,9 @@ def draw_panel(panel: Panel, title: str, chosen: Mapping[str, int]) -> "Figure":
         how = _how(line, chosen)
         label = line.label if line.label and line.look != "paper" else "_"
         drawn = unwrapped_line(_curve(line, chosen), _y_axis(panel.y, 0.0, 1.0))
-        axis.plot(drawn.x, _drawable(drawn.y, panel.y), label=label, **how)
+        axis.plot(
+            drawn.x, drawable(drawn.y, logarithmic=panel.y.logarithmic), label=label, **how
+        )
     x_low, x_high = _ends([line.x for line in panel.lines], panel.x)
     y_low, y_high = limits(panel.lines, panel.y)
     if panel.equal:
@@ -152,10 +154,6 @@ def _name_on_paper(
         fontsize=6.5,
         color="#777777",
     )
-
-
-def _drawable(y: FloatArray, scale: PanelScale) -> FloatArray:
-    return np.where(y > 0.0, y, np.nan) if scale.logarithmic else y
 
 
 def _ends(rows: Sequence[FloatArray], scale: PanelScale) -> tuple[float, float]:

@@ -1,19 +1,38 @@
 """Further analyses of a run that the log asks for: one file a kind, one mapping."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Final, final
+from typing import ClassVar, Final, final
 
 from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.late import loaded
-from shakerproc.runs.analyses.base import RINGS, AbstractAnalysis
 from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.pairs import functions_left_out
 from shakerproc.runs.result import RunResult
 
+RINGS: Final = ("free decay", "shock")
+"""Kinds of excitation after which a structure is left to itself."""
+
 __all__ = ["ANALYSES", "with_analyses"]
+
+
+class AbstractAnalysis(ABC):
+    """A kind of analysis that a log may ask for."""
+
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def of(self, recording: Recording, result: RunResult) -> Analysis | None:
+        """Return the analysis of a run; None where the log does not ask for it.
+
+        Raises
+        ------
+        SpectrumError
+            If the recording does not allow what the log asks for.
+        """
 
 
 @final

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import Recording
 from shakerproc.numerals import numeral
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Blows

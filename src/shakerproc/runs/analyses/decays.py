@@ -1,21 +1,21 @@
 """Free decays: frequency and damping of every mode against its amplitude, by two methods."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final, final
+from typing import Any, ClassVar, Final, TypeAlias, final
 
 import numpy as np
 
 from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
-from shakerproc.runs.analyses.base import RINGS, AbstractAnalysis
-from shakerproc.runs.analyses.decay_panels import Amplitude, decay_panels
-from shakerproc.runs.analyses.decay_words import harmonic_of, remarks, signature
-from shakerproc.runs.analysis import Analysis, Cell, Panel
+from shakerproc.runs.analyses import RINGS, AbstractAnalysis
+from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra.decays import (
     DecayCurve,
+    DecayLine,
+    DecayTrend,
     Reading,
     decay_curve,
     decay_lines,
@@ -23,6 +23,32 @@ from shakerproc.spectra.decays import (
     trend_of,
 )
 from shakerproc.spectra.responses.driving_point import INTEGRATIONS
+
+DISPUTED: Final = 0.1
+"""Share of stretches in which two methods may disagree without a remark [-]: their intervals,
+each of 95 %, miss each other in less than one of a hundred by chance."""
+
+BEATS: Final = 1.2
+"""How far an amplitude may rise again, as a factor, before two modes are taken to beat [-]:
+noise of a tenth of the amplitude, at which reading ends, rarely makes as much."""
+
+HARMONIC: Final = 0.005
+"""How far from a whole multiple a harmonic lies at most [-]: a mode shifts while it decays."""
+
+HIGHEST: Final = 5
+"""Highest harmonic that is looked for [-]."""
+
+MARGIN: Final = 0.03
+"""Room above and below the limits in a figure, over the distance of both [-]."""
+
+QUANTITIES: Final[Mapping[str, tuple[str, float]]] = {
+    "frequency": ("natural frequency [Hz]", 1.0),
+    "damping": ("damping ratio [%]", 100.0),
+}
+"""What is drawn: the label of its axis and the factor to its unit."""
+
+Curve: TypeAlias = tuple[str, int, Sequence[Reading]]
+"""Name, style and readings of a curve."""
 
 METHODS: Final = ("least squares", "peaks and crossings")
 """What the two methods are called."""
@@ -32,6 +58,154 @@ LONGEST: Final = 2**25
 
 DRAWN: Final = 6
 """Modes that are drawn at most, two figures each [-]."""
+
+
+def remarks(curve: DecayCurve) -> Iterator[str]:
+    """Yield remarks on the curves of a mode."""
+    name = f"{numeral(curve.line.frequency, 4)} Hz"
+    if curve.problem:
+        yield f"{name}: no curve: {curve.problem}"
+        return
+    disputed = curve.disputed
+    if len(disputed) > DISPUTED * len(curve.fitted):
+        sizes = [curve.fitted[i].amplitude for i in disputed]
+        whole = [one.amplitude for one in curve.fitted]
+        yield (
+            f"{name}: the two methods disagree by more than their intervals in {len(disputed)} "
+            f"of {len(curve.fitted)} stretches, at {min(sizes) / max(whole):.0%} to "
+            f"{max(sizes) / max(whole):.0%} of the largest amplitude: another mode close by, "
+            "or a frequency that shifts within a stretch"
+        )
+    if curve.rises > BEATS:
+        yield (
+            f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was: "
+            "another mode lies close by, and the curves are those of both; a sensor at its "
+            "node tells them apart"
+        )
+    shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]
+    if max(shifts) > curve.reach:
+        yield (
+            f"{name}: the frequency shifts by {numeral(max(shifts))} Hz, and the filters pass "
+            f"{numeral(curve.reach)} Hz to either side: amplitude and damping are too low there"
+        )
+
+
+def harmonic_of(line: DecayLine, lines: Sequence[DecayLine]) -> tuple[int, float] | None:
+    """Return of which lower line a line may be a harmonic, and which one; None if of none."""
+    for lower in lines:
+        times = round(line.frequency / lower.frequency)
+        off = abs(line.frequency / lower.frequency - times)
+        if 2 <= times <= HIGHEST and off < HARMONIC * times:
+            return times, lower.frequency
+    return None
+
+
+def signature(trend: DecayTrend, readings: Sequence[Reading]) -> str:
+    """Return how frequency and damping go with amplitude, and which laws do that."""
+    first, last = readings[0], readings[-1]
+    frequency = (
+        f"frequency {last.frequency:.5g} Hz at the smallest amplitude, "
+        f"{first.frequency:.5g} Hz at the largest"
+        if trend.shifts
+        else "no trend of frequency with amplitude"
+    )
+    damping = (
+        f"damping {numeral(100.0 * last.damping)} % there and "
+        f"{numeral(100.0 * first.damping)} %"
+        if trend.shifts and trend.damps
+        else f"damping {numeral(100.0 * last.damping)} % at the smallest amplitude, "
+        f"{numeral(100.0 * first.damping)} % at the largest"
+        if trend.damps
+        else "no trend of damping"
+    )
+    law = law_words(trend)
+    return f"{frequency}; {damping}.{f' {law}' if law else ''}"
+
+
+def law_words(trend: DecayTrend) -> str:
+    """Return which laws would do that; empty where nothing changes."""
+    shift = trend.shift if trend.shifts else 0.0
+    found = (
+        (trend.law == -1, "A part of the damping goes as 1/amplitude: dry friction "
+         "(coulomb_friction)."),
+        (trend.law == 1, "A part of the damping goes as amplitude: a quadratic law "
+         "(quadratic_damping)."),
+        (shift < 0.0 and trend.damps, "Softer at larger amplitude, with another damping: slip "
+         "in a joint (jenkins, iwan, bouc_wen)."),
+        (shift > 0.0, "Stiffer at larger amplitude: a gap or a hardening spring (gap, "
+         "cubic_stiffness)."),
+        (shift < 0.0, "Softer at larger amplitude: a softening spring (cubic_stiffness)."),
+        (trend.damps, "Damping changes with amplitude, and stiffness does not."),
+    )  # fmt: skip
+    return next((text for holds, text in found if holds), "")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Amplitude:
+    """The quantity along the axis: its channel, its shown unit and the factor to that."""
+
+    channel: str
+    unit: str
+    factor: float
+
+
+def decay_panels(
+    name: str,
+    about: str,
+    caption: str,
+    amplitude: Amplitude,
+    curves: Sequence[Curve],
+    *,
+    limited: int,
+) -> list[Panel]:
+    """Return two figures, frequency and damping, of curves overlaid.
+
+    Parameters
+    ----------
+    name : str
+        Of the files, before the quantity.
+    about, caption : str
+        Which mode, and what to look for.
+    amplitude : Amplitude
+        What lies along the axis.
+    curves : sequence of Curve
+        What is drawn.
+    limited : int
+        Of how many of them, the first, the 95 % limits are drawn.
+    """
+    along = PanelScale(f"amplitude of {amplitude.channel} [{amplitude.unit}]")
+    panels = []
+    for quantity, (label, factor) in QUANTITIES.items():
+        lines = [_lines(one, quantity, (amplitude.factor, factor)) for one in curves]
+        limits = [edge for edges, _ in lines[:limited] for edge in edges]
+        drawn = (*limits, *(line for _, line in lines))
+        title = f"{quantity.capitalize()} of {about}"
+        panels.append(
+            Panel(f"{name}_{quantity}", title, caption, along, _across(label, drawn), drawn)
+        )
+    return panels
+
+
+def _lines(
+    curve: Curve, quantity: str, factors: tuple[float, float]
+) -> tuple[list[PanelLine], PanelLine]:
+    """Return both limits of a curve, and the curve."""
+    name, style, readings = curve
+    x = factors[0] * np.array([one.amplitude for one in readings])
+    y = factors[1] * np.array([getattr(one, quantity) for one in readings])
+    half = factors[1] * np.array([getattr(one, f"{quantity}_error") for one in readings])
+    limits = [PanelLine("", x, edge, look="paper") for edge in (y - half, y + half)]
+    return limits, PanelLine(name, x, y, style=style)
+
+
+def _across(label: str, lines: Sequence[PanelLine]) -> PanelScale:
+    shown = [line.y for line in lines if line.y.size]
+    low, high = min(y.min() for y in shown), max(y.max() for y in shown)
+    margin = MARGIN * (high - low)
+    return PanelScale(
+        label, logarithmic=False, ends=(float(low - margin), float(high + margin))
+    )
 
 
 @final

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 from typing import ClassVar, Final, final
 
 from shakerproc.data import ChannelUse, Recording
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
-from shakerproc.runs.places import sense_of
 from shakerproc.runs.result import RunResult, lone_force
-from shakerproc.runs.roles import uses_of
+from shakerproc.runs.roles import sense_of, uses_of
 from shakerproc.spectra.responses.driving_point import INTEGRATIONS, power_share
 
 MUCH: Final = 0.5

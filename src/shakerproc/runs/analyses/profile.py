@@ -10,9 +10,9 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
-from shakerproc.runs.control import BEYOND_ALARM, beside
+from shakerproc.runs.levels import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import CrossSpectra
@@ -32,7 +32,7 @@ LINES: Final[Mapping[str, tuple[Look, int]]] = {
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Judged:
+class JudgedControl:
     """Curve that is compared with a profile.
 
     Attributes
@@ -144,21 +144,21 @@ def lines_of(profile: Profile, frequency: FloatArray) -> dict[str, FloatArray]:
     }
 
 
-def _judged(result: RunResult, profile: Profile, rows: Sequence[int]) -> Judged:
+def _judged(result: RunResult, profile: Profile, rows: Sequence[int]) -> JudgedControl:
     """Return the curve that is compared with the profile, where both are."""
     if _is_density(profile):
         return _judged_density(result, profile, rows)
     return _judged_sweep(result, profile)
 
 
-def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) -> Judged:
+def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) -> JudgedControl:
     frequency = result.spectra.frequency
     edge = flags.EDGE_BINS * result.spectra.bin_width
     low = max(profile.frequency_hz[0], result.band[0])
     high = min(profile.frequency_hz[-1], result.band[1])
     inside = (frequency > low + edge) & (frequency < high - edge)
     unit = result.channels[rows[0]].unit
-    return Judged(
+    return JudgedControl(
         frequency[inside],
         result.psd[list(rows)].mean(axis=0)[inside],
         {
@@ -170,7 +170,7 @@ def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) ->
     )
 
 
-def _judged_sweep(result: RunResult, profile: Profile) -> Judged:
+def _judged_sweep(result: RunResult, profile: Profile) -> JudgedControl:
     sweeps = result.tracking.sweeps
     parts = [
         (s.frequency[inner], s.control[inner], np.abs(s.harmonics[:, 0])[:, inner])
@@ -182,7 +182,7 @@ def _judged_sweep(result: RunResult, profile: Profile) -> Judged:
     inside = (frequency >= profile.frequency_hz[0]) & (frequency <= profile.frequency_hz[-1])
     inside &= np.isfinite(control) & (control > 0.0)
     unit = result.channels[result.controls[0]].unit if result.controls else ""
-    return Judged(
+    return JudgedControl(
         frequency[inside],
         control[inside],
         {
@@ -194,7 +194,9 @@ def _judged_sweep(result: RunResult, profile: Profile) -> Judged:
     )
 
 
-def _verdict(name: str, line: FloatArray, judged: Judged, profile: Profile) -> dict[str, Cell]:
+def _verdict(
+    name: str, line: FloatArray, judged: JudgedControl, profile: Profile
+) -> dict[str, Cell]:
     """Return by how much the control lies beyond a line at worst, and whether that is kept.
 
     An abort line is kept where no line or band lies beyond it by more than chance; an alarm
@@ -272,7 +274,7 @@ def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, 
 
 
 def _columns(
-    judged: Judged, demand: FloatArray, lines: Mapping[str, FloatArray], profile: Profile
+    judged: JudgedControl, demand: FloatArray, lines: Mapping[str, FloatArray], profile: Profile
 ) -> dict[str, FloatArray]:
     factor = _factor(profile)
     ending = _ending(profile)
@@ -297,7 +299,7 @@ def _corners(profile: Profile) -> FloatArray:
     return np.array(x[(x >= points[0]) & (x <= points[-1])])
 
 
-def _panel(judged: Judged, profile: Profile, result: RunResult) -> Panel:
+def _panel(judged: JudgedControl, profile: Profile, result: RunResult) -> Panel:
     """Return control and responses over the lines, which are drawn at their own corners."""
     factor, (points, levels_there) = _factor(profile), _points(profile)
     x = _corners(profile)

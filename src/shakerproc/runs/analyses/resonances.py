@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.pairs import ChannelPair, functions_of
 from shakerproc.runs.result import RunResult

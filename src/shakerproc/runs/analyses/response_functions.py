@@ -6,7 +6,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray, Recording
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.pairs import ChannelPair, functions_of, told_of_forces
 from shakerproc.runs.result import BoolArray, RunResult

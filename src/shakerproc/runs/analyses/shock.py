@@ -5,7 +5,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult

@@ -8,14 +8,14 @@ import numpy as np
 from shakerproc.data import Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import levels
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.runs.tones import frequency_tolerance
 from shakerproc.spectra.tones.mixed import MixedTones
-from shakerproc.testlog.tones import DemandedTone
+from shakerproc.testlog.excitation import DemandedTone
 
 
 @final

@@ -4,10 +4,9 @@ from collections.abc import Iterator, Sequence
 from typing import ClassVar, Final, final
 
 from shakerproc.data import Recording
-from shakerproc.runs.analyses.base import AbstractAnalysis
+from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell
-from shakerproc.runs.budget import COVERAGE, GROUPS, Budget
-from shakerproc.runs.budget_parts import NO_SHEET, is_random
+from shakerproc.runs.budget import COVERAGE, GROUPS, NO_SHEET, Budget, is_random
 from shakerproc.runs.budgets import budgets_of
 from shakerproc.runs.result import RunResult
 
@@ -29,7 +28,7 @@ _TOLD: Final = (
 
 @final
 class UncertaintyAnalysis(AbstractAnalysis):
-    """What every reported number is uncertain by."""
+    """Uncertainty of every reported number."""
 
     kind: ClassVar[str] = "uncertainty"
 

@@ -1,1 +1,0 @@
-"""Trends over tests, and the changes since an earlier campaign."""
