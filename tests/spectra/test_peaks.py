@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy import signal
 
 from shakerproc.spectra import cross_spectra, effective_frequencies, find_peaks
-from shakerproc.spectra.peaks.finding import local_maxima, separated, thesis_peaks
-from shakerproc.spectra.peaks.saddles import saddles
+from shakerproc.spectra.peaks.finding import local_maxima, saddles, separated, thesis_peaks
 
 FREQUENCY = np.arange(0.0, 100.0)
 

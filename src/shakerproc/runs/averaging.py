@@ -11,7 +11,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs.blows import averaged_blows
 from shakerproc.runs.roles import is_called
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.hammer.blows import Blows
+from shakerproc.spectra.blows import Blows
 from shakerproc.testlog import Test
 
 STEADY: Final = (None, "random", "sine on random", "measured")

@@ -23,7 +23,7 @@ from shakerproc.runs.quiet_part import QuietPart, quiet_part
 from shakerproc.runs.result import BoolArray, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.tracking import SweptReading
 from shakerproc.spectra import Damping
-from shakerproc.spectra.random_errors import mean_square_error
+from shakerproc.spectra.responses.bounds import mean_square_error
 
 OFFSET_BINS: Final = 3
 """Bins over which a window spreads the mean of a signal [-]."""

@@ -21,7 +21,7 @@ from shakerproc.runs.budget_parts import (
 from shakerproc.runs.pairs import functions_of
 from shakerproc.runs.quiet_part import QuietPart
 from shakerproc.runs.result import ResonancePeak, RunResult, shown_ratio, shown_unit
-from shakerproc.spectra.random_errors import tallest_bins
+from shakerproc.spectra.responses.bounds import tallest_bins
 
 ONE_AVERAGE: Final = "one average tells no scatter"
 NOT_RESOLVED: Final = "the bins do not resolve the peak, and no mode fits it"

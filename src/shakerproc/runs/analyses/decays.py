@@ -22,7 +22,7 @@ from shakerproc.spectra.decays import (
     free_start,
     trend_of,
 )
-from shakerproc.spectra.responses.driving_point import INTEGRATIONS
+from shakerproc.spectra.responses.estimators import INTEGRATIONS
 
 METHODS: Final = ("least squares", "peaks and crossings")
 """What the two methods are called."""

@@ -14,7 +14,7 @@ from shakerproc.runs.multisines import MultisineReading, moving_rms, read_multis
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.multisines import LineSpectra, Share, shares_of
-from shakerproc.spectra.multisines.judging import Kind
+from shakerproc.spectra.multisines.distortion import Kind
 
 DRAWN: Final = 8
 """Responses that are drawn at most [-]."""

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.numerals import numeral
 from shakerproc.runs.multisines import MultisineReading
 from shakerproc.spectra.multisines import Grid, Share
-from shakerproc.spectra.multisines.judging import Kind
+from shakerproc.spectra.multisines.distortion import Kind
 
 NAMES: Final[Mapping[Kind, str]] = {
     "even": "even distortion",

@@ -9,8 +9,7 @@ import numpy as np
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.runs.analysis import Look, Panel, PanelLine, PanelScale
-from shakerproc.spectra.splitting.cells import Cells
-from shakerproc.spectra.splitting.parts import RecordPart
+from shakerproc.spectra.splitting import Cells, RecordPart
 
 MOST_DRAWN: Final = 8
 """Spectra in a figure at most."""

@@ -1,8 +1,4 @@
-"""One mode of a free decay by itself: at rest in its own frame, or band-passed.
-
-Both filters look ahead only, within the decay, so that neither smears what was before it: what
-they make of a decaying sinusoid is the sinusoid again, times a constant, from its first sample.
-"""
+"""One mode of a free decay by itself: at rest in its own frame, or band-passed."""
 
 from dataclasses import dataclass
 from typing import Final, final
@@ -11,7 +7,6 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.decays.line import DecayLine
 
 REJECTION: Final = 1e-3
 """What a filter leaves of the nearest other line, over the mode itself [-]."""
@@ -37,6 +32,29 @@ ROUGH: Final = 8
 
 ORDER: Final = 6
 """Poles of the band-pass on either side of a mode [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class DecayLine:
+    """A mode of a decay as its spectrum shows it.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the line [Hz].
+    row : int
+        Channel in which it stands out of the noise most.
+    apart : float
+        How far away the next other line, rest (0 Hz) or half the sample rate is [Hz].
+    ratio : float
+        Height of that line over its own, 1 at least [-].
+    """
+
+    frequency: float
+    row: int
+    apart: float
+    ratio: float
 
 
 @final

@@ -1,11 +1,11 @@
 """Multisines: response function, noise, even and odd distortion, before any model."""
 
-from shakerproc.spectra.multisines.judging import Share, shares_of
-from shakerproc.spectra.multisines.lines import Grid, grid_of
-from shakerproc.spectra.multisines.measuring import LineSpectra, line_spectra
+from shakerproc.spectra.multisines.distortion import LineSpectra, Share, line_spectra, shares_of
 from shakerproc.spectra.multisines.periods import (
+    Grid,
     PeriodLayout,
     cut,
+    grid_of,
     layout_of,
     samples_of_period,
     settled,

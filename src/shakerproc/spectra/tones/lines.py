@@ -13,8 +13,7 @@ from shakerproc.numerals import numeral
 from shakerproc.spectra.peaks.chance import smearing_of
 from shakerproc.spectra.peaks.finding import find_peaks
 from shakerproc.spectra.responses.masks import NOTCH_BINS
-from shakerproc.spectra.welch.cross import CrossSpectra
-from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.cross import CrossSpectra, psd
 
 ACCUSED: Final = 1e-4
 """Probability that chance makes a tone of a random run, by the normal law [-].

@@ -1,10 +1,4 @@
-"""A stretch of a decay by its peaks and zero crossings, as one reads them off a chart.
-
-References
-----------
-.. [1] M. Jin, W. Chen, M. R. W. Brake and H. Song, "Identification of instantaneous frequency
-   and damping from transient decay data", J. Vib. Acoust. 142, 051111, 2020.
-"""
+"""Frequency, damping and amplitude of a stretch of a decay: least squares, or crossings."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,13 +8,13 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.decays.isolation import Oscillation
-from shakerproc.spectra.decays.reading import (
-    Reading,
-    reading_of,
-    weighted_middle,
-    within_stretch,
-)
+from shakerproc.spectra.decays.isolation import DecayEnvelope, Oscillation
+
+LEAST_SAMPLES: Final = 8
+"""Independent values of an envelope in a stretch at least [-]: six parameters of sixteen."""
+
+MOST_STEPS: Final = 8
+"""Steps of Gauss and Newton; from the parabolas they converge in three to five [-]."""
 
 FINE: Final = 32
 """Samples of a period between which a straight line places a crossing to 10^-4 of a period, and
@@ -32,6 +26,147 @@ PARAMETERS: Final = 3
 LEAST_INDEPENDENT: Final = PARAMETERS + 3.0
 """Independent values that a stretch has at least [-]: Student's law of three degrees of freedom
 has an interval of 3.2 standard deviations, not 12.7 as of one."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Frequency and damping of a mode over a stretch of its decay; limits are those of 95 %.
+
+    Attributes
+    ----------
+    time : float
+        At which they hold, from the start of the decay [s].
+    amplitude : float
+        Of the motion then [unit of the channel].
+    frequency : float
+        Natural frequency, the distance of the pole from 0 [Hz].
+    frequency_error : float
+        Half the width of its interval [Hz].
+    damping : float
+        Ratio [-].
+    damping_error : float
+        Half the width of its interval [-].
+    noise : float
+        Rms of what the fit leaves, over the amplitude [-].
+    """
+
+    time: float
+    amplitude: float
+    frequency: float
+    frequency_error: float
+    damping: float
+    damping_error: float
+    noise: float
+
+
+def reading_of(
+    pole: complex, errors: tuple[float, float], time: float, amplitude: float, noise: float
+) -> Reading:
+    r"""Return the reading of a pole :math:`-\sigma + i \omega_d`.
+
+    Parameters
+    ----------
+    pole : complex
+        Real and imaginary part [rad/s].
+    errors : (float, float)
+        Half the widths of their intervals [rad/s].
+    time, amplitude, noise : float
+        As in `Reading` [s, unit of the motion].
+    """
+    tau = 6.283185307179586
+    size = abs(pole)
+    return Reading(
+        time=time,
+        amplitude=amplitude,
+        frequency=size / tau,
+        frequency_error=errors[1] / tau,
+        damping=-pole.real / size,
+        damping_error=errors[0] / size,
+        noise=noise,
+    )
+
+
+def within_stretch(rate: float, bend: float) -> float:
+    r"""Return the slope that a change within a stretch may add at its middle [rad/s].
+
+    A parabola leaves the cubic part :math:`a_3 t^3`, which adds :math:`3/5\, a_3 T^2` to the
+    slope of a stretch from -T to T. Where the slope changes as amplitude to the power n, and
+    amplitude as :math:`e^{-\sigma t}`, that is :math:`n/5\, \sigma q T^2` with the square part
+    q; n is taken for 2, which is that of a cubic spring.
+
+    Parameters
+    ----------
+    rate : float
+        Of the decay, :math:`\sigma` [1/s].
+    bend : float
+        Logarithm or phase that the square part makes at an end, :math:`q T^2` [rad].
+    """
+    return 0.4 * abs(rate * bend)
+
+
+def weighted_middle(time: FloatArray, weights: FloatArray) -> float:
+    """Return the mean of times with weights [s]."""
+    return float(weights @ time / weights.sum())
+
+
+def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> Reading | None:
+    r"""Return frequency and damping of a stretch by least squares.
+
+    .. math:: z(t) = e^{a + p t + q t^2}
+
+    is fitted to the envelope, with complex :math:`a`, :math:`p` and :math:`q`, from parabolas
+    through logarithm and phase on; time is that from the middle of the power. The pole is
+    :math:`p`; :math:`q` takes up how frequency and damping change within the stretch. What is
+    left is taken for white noise of that stretch; intervals are those of Student's law.
+
+    Parameters
+    ----------
+    envelope : DecayEnvelope
+        Of the mode.
+    start, stop : float
+        The stretch [s].
+
+    Returns
+    -------
+    Reading or None
+        None where it holds too few values.
+    """
+    inside = (envelope.time >= start) & (envelope.time <= stop)
+    time, values = envelope.time[inside], envelope.values[inside]
+    if time.size < LEAST_SAMPLES or not np.abs(values).min() > 0.0:
+        return None
+    weights = np.abs(values) ** 2
+    middle = weighted_middle(time, weights)
+    half_width = 0.5 * float(np.ptp(time))
+    design = np.vander((time - middle) / half_width, 3, increasing=True)
+    root = np.abs(values)
+    target = np.log(np.abs(values)) + 1j * np.unwrap(np.angle(values))
+    found, *_ = np.linalg.lstsq(design * root[:, np.newaxis] + 0j, target * root, rcond=None)
+    for _ in range(MOST_STEPS):
+        wave = np.exp(design @ found)
+        step, *_ = np.linalg.lstsq(design * wave[:, np.newaxis], values - wave, rcond=None)
+        if not np.isfinite(step).all() or np.abs(step).max() > 1.0:
+            return None  # noise, not a decay
+        found = found + step
+    wave = np.exp(design @ found)
+    slopes = design * wave[:, np.newaxis]
+    freedom = time.size - design.shape[1]
+    power = float(np.sum(np.abs(values - wave) ** 2)) / freedom
+    covariance = power * np.linalg.inv((slopes.conj().T @ slopes).real)
+    half = float(scipy.special.stdtrit(2 * freedom, 0.975) * np.sqrt(0.5 * covariance[1, 1]))
+    amplitude, pole, bend = float(np.exp(found[0].real)), found[1] / half_width, found[2]
+    half /= half_width
+    return reading_of(
+        complex(pole) + 2j * np.pi * envelope.frequency,
+        (
+            half + within_stretch(pole.real, bend.real),
+            half + within_stretch(pole.real, bend.imag),
+        ),
+        middle,
+        amplitude,
+        float(np.sqrt(power)) / amplitude,
+    )
 
 
 @final
