@@ -12,10 +12,15 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
-from shakerproc.forecasts.extremes import largest_in
 from shakerproc.forecasts.motion import Motion, motion_of
-from shakerproc.forecasts.passages import passage
-from shakerproc.forecasts.quantities import Quantity, densities, samples_of, values_of_motion
+from shakerproc.forecasts.notches import passage
+from shakerproc.forecasts.quantities import (
+    Quantity,
+    densities,
+    largest_in,
+    samples_of,
+    values_of_motion,
+)
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
 from shakerproc.simulation.inputs import prepare_like, prepare_measured

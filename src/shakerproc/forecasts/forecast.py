@@ -22,8 +22,6 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
-from shakerproc.forecasts.extremes import largest_in
-from shakerproc.forecasts.ladder import LastStep, last_step
 from shakerproc.forecasts.levels import (
     amplitude_of,
     amplitude_of_measured,
@@ -36,13 +34,16 @@ from shakerproc.forecasts.levels import (
 from shakerproc.forecasts.limits import ALLOWED, Judged, level_of, quantity_of
 from shakerproc.forecasts.model_error import (
     Error,
+    LastStep,
     LevelError,
     Run,
     error_of,
+    last_step,
     level_errors,
     prepared_drive,
     run_of,
 )
+from shakerproc.forecasts.motion import reasons
 from shakerproc.forecasts.notch_plan import (
     NotchPlan,
     NotchTask,
@@ -50,8 +51,7 @@ from shakerproc.forecasts.notch_plan import (
     check_notches,
     notch_plan,
 )
-from shakerproc.forecasts.quantities import Quantity, densities, values_of_motion
-from shakerproc.forecasts.reasons import reasons
+from shakerproc.forecasts.quantities import Quantity, densities, largest_in, values_of_motion
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test

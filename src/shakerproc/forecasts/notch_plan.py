@@ -18,11 +18,18 @@ from shakerproc.forecasts.ensemble import (
     ensemble,
     n_draws,
 )
-from shakerproc.forecasts.force_limits import INTO, force_limited
 from shakerproc.forecasts.levels import amplitude_of, decibels
-from shakerproc.forecasts.notched_profiles import demand_at, notched_test
-from shakerproc.forecasts.notches import CLOSE, Bound, reduction_of
-from shakerproc.forecasts.passages import PER_OCTAVE, centres_of_bins
+from shakerproc.forecasts.notches import (
+    CLOSE,
+    INTO,
+    PER_OCTAVE,
+    Bound,
+    centres_of_bins,
+    demand_at,
+    force_limited,
+    notched_test,
+    reduction_of,
+)
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.limits import Limit

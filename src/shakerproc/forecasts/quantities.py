@@ -1,4 +1,4 @@
-"""What is told of a test: rms, largest value and peak frequency of responses, joints, drive."""
+"""Quantities of a test: rms, largest value and peak frequency of responses, joints, drive."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,10 +7,15 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecasts.extremes import largest_in
 from shakerproc.forecasts.motion import Motion, What
 from shakerproc.models import BASE, Model
 from shakerproc.spectra import cross_spectra, find_peaks, psd
+
+BLOCKS: Final = 32
+"""Parts of the samples whose largest values tell the law of the largest of all [-]."""
+
+EULER: Final = 0.5772156649015329
+"""Mean of the standard Gumbel law [-]."""
 
 Whose: TypeAlias = Literal["response", "joint", "force", "shaker"]
 
@@ -19,6 +24,48 @@ SEGMENTS: Final = 24
 
 LONGEST_SEGMENT: Final = 8192
 """Samples of a Welch segment at most."""
+
+Largest: TypeAlias = Callable[[FloatArray], float]
+"""From samples to the largest size of them in the whole duration of a test."""
+
+
+def largest_in(samples: FloatArray, longer: float = 1.0, chance: float = 0.5) -> float:
+    r"""Return the largest size in a duration, drawn where it is longer than the samples.
+
+    .. math:: x_T^2 = u + \beta \left(\ln \frac{T}{B} - \ln(-\ln p)\right), \qquad
+        \beta = \frac{\sqrt 6}{\pi} s_B, \quad u = m_B - \gamma \beta
+
+    with mean :math:`m_B` and standard deviation :math:`s_B` of the squares of the largest sizes
+    in blocks of length :math:`B`: those of narrow-band Gaussian response follow Gumbel's law
+    with one scale whatever the length, twice the variance [2]_. Never below the largest of the
+    samples themselves.
+
+    Parameters
+    ----------
+    samples : (n,) array
+        A motion [any unit].
+    longer : float
+        The duration over that of the samples, 1 where they are all of it [-].
+    chance : float
+        Quantile :math:`p` of the largest value in the rest, drawn evenly from 0 to 1 [-].
+
+    References
+    ----------
+    .. [1] E. J. Gumbel, "Statistics of Extremes", Columbia, 1958, ch. 5.
+    .. [2] A. G. Davenport, "Note on the distribution of the largest value of a random function
+       with application to gust loading", Proc. ICE 28, 187-196, 1964.
+    """
+    size = np.abs(samples - np.mean(samples))
+    own = float(np.max(size))
+    if longer <= 1.0 + 1e-9 or size.size < 2 * BLOCKS:
+        return own
+    n = size.size // BLOCKS
+    largest = size[: n * BLOCKS].reshape(BLOCKS, n).max(axis=1) ** 2
+    scale = float(np.sqrt(6.0) / np.pi * np.std(largest, ddof=1))
+    place = float(np.mean(largest)) - EULER * scale
+    rest = BLOCKS * (longer - 1.0)
+    square = place + scale * float(np.log(rest) - np.log(-np.log(chance or 1e-12)))
+    return max(own, float(np.sqrt(max(square, 0.0))))
 
 
 @final
@@ -42,10 +89,6 @@ class Quantity:
     name: str
     what: What
     unit: str
-
-
-Largest: TypeAlias = Callable[[FloatArray], float]
-"""From samples to the largest size of them in the whole duration of a test."""
 
 
 @final

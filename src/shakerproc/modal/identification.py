@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.held_out import N_PARTS, confirmed, parts_of
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import (
     Lines,
@@ -21,7 +20,7 @@ from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.mode_set import Method, ModeSet, Settings
 from shakerproc.modal.polynomials import lagged_sums
 from shakerproc.modal.scatter import PARTS, with_scatter
-from shakerproc.modal.selection import selected
+from shakerproc.modal.selection import N_PARTS, confirmed, parts_of, selected
 from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
     Diagram,

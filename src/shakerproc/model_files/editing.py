@@ -10,19 +10,19 @@ import yaml
 
 from shakerproc import files
 from shakerproc.errors import DocumentError
-from shakerproc.model_files.provenance import Provenance, record_lines
 from shakerproc.model_files.reading import ModelFile, read_model_file
 from shakerproc.model_files.writing import (
+    Provenance,
     element_text,
     mode_text,
     number,
     parameter_text,
+    record_lines,
     structure_in_brackets,
     text_of,
 )
-from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element
-from shakerproc.models.structure import Structure
+from shakerproc.models.structure import Mode, Structure
 
 Changes = Mapping[int, Mapping[str, float]]
 """New values by the number of the element in the file, from 0, and the parameter [SI]."""

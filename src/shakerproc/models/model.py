@@ -8,10 +8,9 @@ from typing import Final, Literal, TypeAlias, final
 from shakerproc import checks
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.faults.base import AbstractFault
-from shakerproc.models.mode import Mode
+from shakerproc.models.faults import AbstractFault
 from shakerproc.models.motion import Motion, unit_in
-from shakerproc.models.structure import Structure
+from shakerproc.models.structure import Mode, Structure
 from shakerproc.models.validation import check_model
 
 BASE: Final = "base"

@@ -9,9 +9,14 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.planning.inputs import PEAK_FACTOR, AbstractInput, RandomInput, SineInput
 from shakerproc.planning.joints import AbstractJoint, Walls
-from shakerproc.planning.limits import ShakerLimits
+from shakerproc.planning.shaker import (
+    PEAK_FACTOR,
+    AbstractInput,
+    RandomInput,
+    ShakerLimits,
+    SineInput,
+)
 
 Contact: TypeAlias = Literal["none", "one side", "both sides"]
 Band: TypeAlias = tuple[float, float]

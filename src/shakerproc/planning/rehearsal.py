@@ -16,8 +16,7 @@ from shakerproc.models import BASE, Model
 from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import sample_rate_of_test
-from shakerproc.planning.drive import drive_of_test, length_of_run
-from shakerproc.planning.multisines import check_period
+from shakerproc.planning.drive import check_period, drive_of_test, length_of_run
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
 from shakerproc.runs import usual_roles
 from shakerproc.simulation import Input, InterpolationError, Simulation, prepare, simulate

@@ -11,8 +11,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulation.chirps import Chirp
-from shakerproc.simulation.pieces import Signal
+from shakerproc.simulation.pieces import Chirp, Signal
 
 
 def rest() -> Signal:

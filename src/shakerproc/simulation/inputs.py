@@ -7,9 +7,15 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulation.chirps import ROUNDING, Chirp
 from shakerproc.simulation.interpolation import InterpolationError, interpolation_error
-from shakerproc.simulation.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
+from shakerproc.simulation.pieces import (
+    ROUNDING,
+    Chirp,
+    Hold,
+    Signal,
+    pieces_of_samples,
+    pieces_of_signal,
+)
 
 MISSED: Final = 1e-4
 """Share of the largest value by which pieces may miss the band-limited signal through measured

@@ -11,10 +11,9 @@ from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System, assemble
 from shakerproc.simulation.cases import Case, Solver, by_series, first_motion, simulated_case
-from shakerproc.simulation.chirps import ROUNDING, Chirp
 from shakerproc.simulation.inputs import Input, as_input, prepare_long
 from shakerproc.simulation.kernels.table import Machine, Store
-from shakerproc.simulation.pieces import Signal
+from shakerproc.simulation.pieces import ROUNDING, Chirp, Signal
 from shakerproc.simulation.propagators import branches_of, build_store, no_store
 from shakerproc.simulation.simulation import Simulation
 

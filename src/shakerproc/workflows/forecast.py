@@ -19,7 +19,7 @@ from shakerproc.forecasts.notch_plan import (
     NotchWish,
     check_notches,
 )
-from shakerproc.forecasts.notched_profiles import profile_csv, profile_yaml
+from shakerproc.forecasts.notches import profile_csv, profile_yaml
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
 from shakerproc.workflows.arguments import log_of, switch_of, text_of, whole_of, within_of

@@ -7,10 +7,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.forecasts import Forecast, Quantity, TestForecast
 from shakerproc.forecasts.bands import Spread
-from shakerproc.forecasts.ladder import LastStep
-from shakerproc.forecasts.levels import told_level
-from shakerproc.forecasts.notched_profiles import WRITTEN, profile_of_test
-from shakerproc.forecasts.sentences import (
+from shakerproc.forecasts.document import (
     SHOWN,
     departures,
     of_notches,
@@ -18,6 +15,9 @@ from shakerproc.forecasts.sentences import (
     percent,
     told_limit,
 )
+from shakerproc.forecasts.levels import told_level
+from shakerproc.forecasts.model_error import LastStep
+from shakerproc.forecasts.notches import WRITTEN, profile_of_test
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot

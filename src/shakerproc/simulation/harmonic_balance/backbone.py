@@ -19,9 +19,8 @@ from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulation.harmonic_balance.continuation import StepSizes, Trace, follow
 from shakerproc.simulation.harmonic_balance.curves import motion_weights
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 from shakerproc.simulation.harmonic_balance.laws import AbstractLaw, HarmonicMotion
-from shakerproc.simulation.harmonic_balance.system import PeriodicSystem
+from shakerproc.simulation.harmonic_balance.system import PeriodicSystem, system_of_model
 
 
 @final
