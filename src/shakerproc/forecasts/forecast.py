@@ -11,7 +11,6 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
 from shakerproc.errors import DiagnosisError, LogError
-from shakerproc.forecasts.bands import Spread, spread_of
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
     Drives,
@@ -51,7 +50,14 @@ from shakerproc.forecasts.notch_plan import (
     check_notches,
     notch_plan,
 )
-from shakerproc.forecasts.quantities import Quantity, densities, largest_in, values_of_motion
+from shakerproc.forecasts.quantities import (
+    Quantity,
+    Spread,
+    densities,
+    largest_in,
+    spread_of,
+    values_of_motion,
+)
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test

@@ -13,9 +13,9 @@ from shakerproc.comparison.free_run_error import in_band
 from shakerproc.comparison.joints import law_along
 from shakerproc.data import FloatArray
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model, Sensor
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.laws import Law
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.numerals import numeral
 from shakerproc.simulation import Input, Runs, free_runs
 

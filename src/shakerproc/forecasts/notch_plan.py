@@ -9,7 +9,6 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import LogError
-from shakerproc.forecasts.bands import Spread
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
     Drives,
@@ -30,7 +29,7 @@ from shakerproc.forecasts.notches import (
     notched_test,
     reduction_of,
 )
-from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.quantities import Quantity, Spread
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.limits import Limit
 

@@ -10,9 +10,8 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.finite_elements.thermal import ThermalFit, clearances_at
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
-from shakerproc.models.coordinates import coordinates_of
+from shakerproc.models.coordinates import coordinates_of, resolved
 from shakerproc.models.laws import Law
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance.system import system_of_model
 from shakerproc.testlog import Test
 

@@ -24,7 +24,7 @@ from shakerproc.spectra import (
     Statistics,
 )
 from shakerproc.spectra.blows import Blows
-from shakerproc.spectra.tones.mixed import MixedTones
+from shakerproc.spectra.tones.lines import MixedTones
 from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test
 

@@ -12,8 +12,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs import levels
 from shakerproc.runs.averaging import averaged
 from shakerproc.spectra import Crop
-from shakerproc.spectra.tones.lines import centre_of
-from shakerproc.spectra.tones.mixed import MixedTones, check_apart, mixed_tones
+from shakerproc.spectra.tones.lines import MixedTones, centre_of, check_apart, mixed_tones
 from shakerproc.testlog import Test
 
 FREQUENCY_TOLERANCE: Final = ((0.25, 0.05, 0.0), (5.0, 0.0, 0.2), (50.0, 1.0, 0.0))

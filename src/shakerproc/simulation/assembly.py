@@ -8,10 +8,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
-from shakerproc.models.coordinates import Coordinates, coordinates_of
+from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
 from shakerproc.models.laws import Law, Row, largest_state
 from shakerproc.models.model import Model
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.kernels.table import LAW, MEMORY, NOBODY, STACK, Machine
 
 _WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SERIES})

@@ -16,8 +16,12 @@ from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS, integrate_dop853
 from shakerproc.simulation.kernels.exact import DONE, STUCK, integrate
 from shakerproc.simulation.kernels.table import Machine, Store, room_for_series
-from shakerproc.simulation.sensing import read_sensors
-from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
+from shakerproc.simulation.simulation import (
+    CHAOTIC_GROWTH,
+    SENSITIVE_GROWTH,
+    Simulation,
+    read_sensors,
+)
 
 _DISTURBANCE = 1e-10
 _FINEST_DOP853 = 1e-13

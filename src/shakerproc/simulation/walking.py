@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System
-from shakerproc.simulation.band_limited import has_jumps
 from shakerproc.simulation.cases import dop853_tableau, least_sizes
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
@@ -20,7 +19,7 @@ from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import walk_windows
 from shakerproc.simulation.propagators import build_store
-from shakerproc.simulation.window_sensing import Motion, base_motion, sense
+from shakerproc.simulation.window_sensing import Motion, base_motion, has_jumps, sense
 
 ROWS: Final = 2**15
 """Samples after which the stepper returns, so that memory is bounded and Ctrl-C is heard."""

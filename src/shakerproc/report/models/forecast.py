@@ -6,7 +6,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.forecasts import Forecast, Quantity, TestForecast
-from shakerproc.forecasts.bands import Spread
 from shakerproc.forecasts.document import (
     SHOWN,
     departures,
@@ -18,6 +17,7 @@ from shakerproc.forecasts.document import (
 from shakerproc.forecasts.levels import told_level
 from shakerproc.forecasts.model_error import LastStep
 from shakerproc.forecasts.notches import WRITTEN, profile_of_test
+from shakerproc.forecasts.quantities import Spread
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot

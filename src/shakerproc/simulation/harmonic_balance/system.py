@@ -10,9 +10,8 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import AbstractMemorylessEffect, Element, Model
-from shakerproc.models.coordinates import Coordinates, coordinates_of
+from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
 from shakerproc.models.laws import Law, Row
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance.friction import DryFrictionLaw
 from shakerproc.simulation.harmonic_balance.laws import (
     AbstractLaw,
