@@ -5,11 +5,11 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from shakerproc.data import STANDARD_GRAVITY
-from shakerproc.forecasts.forecast import Forecast, TestForecast
+from shakerproc.forecasts.forecast import CampaignForecast, TestForecast
 from shakerproc.forecasts.levels import decibels, told_level
-from shakerproc.forecasts.limits import Judged
+from shakerproc.forecasts.limits import JudgedLimit
 from shakerproc.forecasts.model_error import LastStep
-from shakerproc.forecasts.notch_plan import Notched, NotchPlan, lower_drive
+from shakerproc.forecasts.notch_plan import NotchedTest, NotchPlan, lower_drive
 from shakerproc.forecasts.notches import C_SQUARED, WRITTEN
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.numerals import numeral
@@ -24,7 +24,7 @@ SCHEMA: Final = "shakerproc-forecast/1"
 """What a forecast.json holds."""
 
 
-def headline(found: Forecast) -> str:
+def headline(found: CampaignForecast) -> str:
     """Return go or no-go of all planned tests, with the limit that decides."""
     judged = [(one, limit) for one in found.tests for limit in one.limits]
     if not judged:
@@ -61,7 +61,7 @@ def departures(one: TestForecast) -> list[str]:
     return found
 
 
-def _of_limit(one: TestForecast, judged: Judged) -> str:
+def _of_limit(one: TestForecast, judged: JudgedLimit) -> str:
     level = "" if judged.level_db is None else (
         f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
     )  # fmt: skip
@@ -96,14 +96,14 @@ def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
     return found
 
 
-def _taken(one: TestForecast, notched: Notched) -> str:
+def _taken(one: TestForecast, notched: NotchedTest) -> str:
     lower = lower_drive(notched, one.planned.test)
     drive = f", the drive {lower:.1f} dB lower" if lower > 0.0 else ""
     octaves = numeral(notched.octaves, 2)
     return f"{notched.deepest_db:.1f} dB at most, over {octaves} octaves{drive}"
 
 
-def _exceeded(one: TestForecast, notched: Notched) -> str:
+def _exceeded(one: TestForecast, notched: NotchedTest) -> str:
     each = [
         f"{judged.name} {told_limit(judged)} is exceeded with {percent(probability)}"
         for judged, probability in zip(one.limits, notched.exceeds, strict=True)
@@ -152,14 +152,14 @@ def percent(probability: float) -> str:
     return f"{numeral(100.0 * probability, 2)} %"
 
 
-def told_limit(judged: Judged) -> str:
+def told_limit(judged: JudgedLimit) -> str:
     """Return the value of a limit for people, in g where it is an acceleration."""
     limit = judged.limit
     unit, factor = SHOWN.get(limit.unit, (limit.unit, 1.0))
     return f"{numeral(limit.value / factor)} {unit}"
 
 
-def document_of(found: Forecast) -> dict[str, Any]:
+def document_of(found: CampaignForecast) -> dict[str, Any]:
     """Return a forecast as JSON holds it: SI units, 90 % bands."""
     kinds = ("rms", "peak", "peak_frequency_hz")
     errors = {}
@@ -263,7 +263,7 @@ def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
     return {"notch": [] if found is None else _breakpoints(found), "notch_plan": told}
 
 
-def _breakpoints(notched: Notched) -> list[dict[str, float]]:
+def _breakpoints(notched: NotchedTest) -> list[dict[str, float]]:
     profile = notched.test.profile
     if profile is None:
         return []
@@ -274,7 +274,7 @@ def _breakpoints(notched: Notched) -> list[dict[str, float]]:
     ]
 
 
-def _notched(one: TestForecast, notched: Notched) -> dict[str, Any]:
+def _notched(one: TestForecast, notched: NotchedTest) -> dict[str, Any]:
     costs: dict[str, dict[str, float]] = {}
     for quantity, cost in notched.cost_db.items():
         costs.setdefault(quantity.name, {})[f"{quantity.what}_db"] = cost

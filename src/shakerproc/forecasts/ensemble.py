@@ -12,7 +12,7 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
-from shakerproc.forecasts.motion import Motion, motion_of
+from shakerproc.forecasts.motion import TestMotion, motion_of
 from shakerproc.forecasts.notches import passage
 from shakerproc.forecasts.quantities import (
     Quantity,
@@ -214,7 +214,7 @@ def ensemble(
     )
 
 
-def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> Motion:
+def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> TestMotion:
     """Return the motion of the fitted numbers, without any error of calibration.
 
     Raises
@@ -260,7 +260,7 @@ class Drives:
 
     def motion(
         self, number: int, model: Model, gains: FloatArray, louder: float
-    ) -> Motion | None:
+    ) -> TestMotion | None:
         """Return the motion of a model in one of the tests; None where it runs away.
 
         `gains` are those of the sensors, `louder` that of the drive [-].

@@ -26,7 +26,7 @@ FARTHEST_DB: Final = 12.0
 
 @final
 @dataclass(frozen=True, slots=True)
-class Judged:
+class JudgedLimit:
     """A limit, and what a planned test does to it.
 
     Attributes

@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
 from shakerproc.forecasts.levels import amplitude_of_measured, decibels
-from shakerproc.forecasts.motion import Motion, motion_of
+from shakerproc.forecasts.motion import TestMotion, motion_of
 from shakerproc.forecasts.quantities import Density, Quantity, densities, values_of_response
 from shakerproc.models import Model
 from shakerproc.simulation import Input
@@ -130,7 +130,7 @@ def error_of(errors: Sequence[LevelError]) -> Error:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Run:
+class ModelledRun:
     """A test that was run, with what the model says of it.
 
     Attributes
@@ -141,17 +141,17 @@ class Run:
         What was measured.
     spectra : mapping of str to Density
         Density of each response, measured.
-    motion : Motion
+    motion : TestMotion
         Of the model under the measured drive.
     """
 
     measured: Measured
     values: dict[Quantity, float]
     spectra: dict[str, Density]
-    motion: Motion
+    motion: TestMotion
 
 
-def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> Run:
+def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> ModelledRun:
     """Return a test that was run beside the motion of the fitted model.
 
     Parameters
@@ -174,7 +174,7 @@ def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> Run:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
     rows = in_band(measured.responses, measured.sample_rate, measured.band)
     values, spectra = _of_responses(model, measured, rows)
-    return Run(measured, values, spectra, motion)
+    return ModelledRun(measured, values, spectra, motion)
 
 
 def prepared_drive(measured: Measured) -> Input:
@@ -219,7 +219,7 @@ def level_errors(
     return found
 
 
-def _predicted(motion: Motion, model: Model, measured: Measured) -> dict[Quantity, float]:
+def _predicted(motion: TestMotion, model: Model, measured: Measured) -> dict[Quantity, float]:
     rows = np.array([motion.responses[name] for name in measured.sensors])
     return _of_responses(model, measured, rows)[0]
 

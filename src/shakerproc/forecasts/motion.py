@@ -37,7 +37,7 @@ CHANGED: Final = 0.02
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class JointMotion:
+class JointHistory:
     """Displacement of the second place against the first [m], velocity [m/s] and force [N]."""
 
     displacement: FloatArray
@@ -47,7 +47,7 @@ class JointMotion:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class TestMotion:
     """Motion of a model in one test.
 
     Attributes
@@ -58,8 +58,8 @@ class Motion:
         What drove it [m/s^2 or N].
     responses : mapping of str to (n,) array
         What each sensor records within the band [unit of the sensor].
-    joints : mapping of (str, str) to JointMotion
-        Motion and force in each joint.
+    joints : mapping of (str, str) to JointHistory
+        TestMotion and force in each joint.
     table : tuple of (What, (n,) array, str)
         Acceleration, velocity and displacement of the base, with their units; none where a
         force drives, or nobody asked.
@@ -68,7 +68,7 @@ class Motion:
     sample_rate: float
     drive: FloatArray
     responses: Mapping[str, FloatArray]
-    joints: Mapping[tuple[str, str], JointMotion]
+    joints: Mapping[tuple[str, str], JointHistory]
     table: tuple[tuple[What, FloatArray, str], ...]
 
 
@@ -80,7 +80,7 @@ def motion_of(
     gains: FloatArray,
     *,
     table: bool = False,
-) -> Motion | None:
+) -> TestMotion | None:
     """Return the motion of a model from rest; None where it runs away.
 
     Parameters
@@ -106,7 +106,7 @@ def motion_of(
     rows = dict(zip(probed.sensors, at_samples(probed, found.outputs[0]), strict=True))
     rate = given.sample_rate
     responses = in_band(np.array([rows[name] for name in model.sensors]), rate, band)
-    return Motion(
+    return TestMotion(
         rate,
         drive,
         dict(zip(model.sensors, gains[:, None] * responses, strict=True)),
@@ -126,7 +126,7 @@ def _probed(model: Model) -> Model:
 
 def _joint(
     model: Model, pair: tuple[str, str], rows: Mapping[str, FloatArray], rate: float
-) -> JointMotion:
+) -> JointHistory:
     """Return the motion of a joint, and the force of all laws between its places."""
     still = np.zeros_like(next(iter(rows.values())))
     displacement, velocity = (
@@ -139,7 +139,7 @@ def _joint(
         same = set(element.between) == set(pair)
         if same and not isinstance(element.effect, AttachedMode):
             force = force + law_along(element, pair, displacement, velocity, rate)
-    return JointMotion(displacement, velocity, force)
+    return JointHistory(displacement, velocity, force)
 
 
 def _table(
@@ -176,7 +176,7 @@ class JointLaw:
     damping: float
 
 
-def law_of(joint: JointMotion) -> JointLaw:
+def law_of(joint: JointHistory) -> JointLaw:
     """Return the linear law nearest to that of a joint over its motion."""
     columns = np.stack([joint.displacement, joint.velocity])
     gram = columns @ columns.T
@@ -186,14 +186,14 @@ def law_of(joint: JointMotion) -> JointLaw:
     return JointLaw(float(stiffness), float(damping))
 
 
-def reasons(model: Model, before: Motion, after: Motion) -> list[str]:
+def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
     """Return what joints do otherwise than at the highest level that was run, a clause each.
 
     Parameters
     ----------
     model : Model
         The model.
-    before, after : Motion
+    before, after : TestMotion
         At the highest level that was run, and at the one that is forecast.
     """
     found = []
@@ -215,7 +215,7 @@ def reasons(model: Model, before: Motion, after: Motion) -> list[str]:
 
 
 def _of_laws(
-    elements: Sequence[Element], pair: tuple[str, str], here: JointMotion, there: JointMotion
+    elements: Sequence[Element], pair: tuple[str, str], here: JointHistory, there: JointHistory
 ) -> list[str]:
     """Return what the laws of a joint do otherwise, by the kinds of them."""
     found = []

@@ -29,7 +29,7 @@ from shakerproc.forecasts.notches import (
     notched_test,
     reduction_of,
 )
-from shakerproc.forecasts.quantities import Quantity, Spread
+from shakerproc.forecasts.quantities import Quantity, UncertainQuantity
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.limits import Limit
 
@@ -55,7 +55,7 @@ WIDEST: Final = 0.5
 FRESH: Final = 3
 """Seeds that verify a plan, each after it was deepened by what the last one missed [-]."""
 
-Spreads: TypeAlias = Callable[[Test, Quantity, FloatArray], Spread]
+Spreads: TypeAlias = Callable[[Test, Quantity, FloatArray], UncertainQuantity]
 """From a planned test, a quantity and its drawn values to all that it may be."""
 
 
@@ -86,7 +86,7 @@ class NotchWish:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Notched:
+class NotchedTest:
     """A notched test, and what the notches do.
 
     Attributes
@@ -117,20 +117,20 @@ class NotchPlan:
     ----------
     wish : NotchWish
         What was asked for.
-    found : Notched, optional
+    found : NotchedTest, optional
         Verified with phases that it was not found with; None where there is none.
     why_none : str
         Why there is none, a clause.
-    by_force : Notched, optional
+    by_force : NotchedTest, optional
         Semi-empirical force limiting beside it; None where no base drives, or all is kept.
     needless : bool
         Whether every limit is kept without any notch.
     """
 
     wish: NotchWish
-    found: Notched | None
+    found: NotchedTest | None
     why_none: str = ""
-    by_force: Notched | None = None
+    by_force: NotchedTest | None = None
     needless: bool = False
 
 
@@ -303,7 +303,7 @@ def _next(
     return reduction_of(np.log2(frequency), bounds, least, task.wish.slope)
 
 
-def _by_force(task: NotchTask) -> Notched | None:
+def _by_force(task: NotchTask) -> NotchedTest | None:
     """Return what semi-empirical force limiting makes of the test."""
     model = task.numbers.model
     if not model.excitation.moves_base:
@@ -326,7 +326,7 @@ def _notched(
     test: Test,
     reduction: FloatArray,
     values: Mapping[Quantity, FloatArray],
-) -> Notched:
+) -> NotchedTest:
     exceeds = tuple(
         task.spread(test, quantity, values[quantity]).exceeds(limit.value)
         for limit, quantity in task.limits
@@ -336,7 +336,7 @@ def _notched(
         for quantity, before in task.made.values.items()
         if quantity.whose == "response" and quantity.what != "peak_frequency_hz"
     }
-    return Notched(test, float(np.max(reduction)), _octaves(reduction), exceeds, cost)
+    return NotchedTest(test, float(np.max(reduction)), _octaves(reduction), exceeds, cost)
 
 
 def _sweeps(task: NotchTask) -> bool:
@@ -348,7 +348,7 @@ def _octaves(reduction: FloatArray) -> float:
     return float(np.count_nonzero(reduction > CLOSE)) / PER_OCTAVE
 
 
-def lower_drive(plan: Notched, planned: Test) -> float:
+def lower_drive(plan: NotchedTest, planned: Test) -> float:
     """Return by how much the drive of a notched test is lower, rms or largest [dB]."""
     before, after = amplitude_of(planned), amplitude_of(plan.test)
     return 0.0 if not before or not after else decibels(before / after)

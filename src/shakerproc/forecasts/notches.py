@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.errors import LogError
-from shakerproc.forecasts.motion import Motion
+from shakerproc.forecasts.motion import TestMotion
 from shakerproc.forecasts.quantities import segment_of
 from shakerproc.planning.drive import frequency_of_sweep, noise_profile
 from shakerproc.spectra import cross_spectra
@@ -306,7 +306,7 @@ def centres_of_bins(band: tuple[float, float]) -> FloatArray:
     return np.sqrt(edges[:-1] * edges[1:])
 
 
-def passage(test: Test, motion: Motion, samples: FloatArray) -> FloatArray:
+def passage(test: Test, motion: TestMotion, samples: FloatArray) -> FloatArray:
     r"""Return how a quantity follows the drive of one motion, bin by bin, (n_bins,) array.
 
     Of noise the mean square of the gain of the linear system nearest to it,
@@ -317,7 +317,7 @@ def passage(test: Test, motion: Motion, samples: FloatArray) -> FloatArray:
     ----------
     test : Test
         What drives: random or a sine sweep.
-    motion : Motion
+    motion : TestMotion
         Its drive.
     samples : (n,) array
         The quantity.

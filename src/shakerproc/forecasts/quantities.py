@@ -7,7 +7,7 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecasts.motion import Motion, What
+from shakerproc.forecasts.motion import TestMotion, What
 from shakerproc.models import BASE, Model
 from shakerproc.spectra import cross_spectra, find_peaks, psd
 
@@ -179,7 +179,7 @@ def values_of_response(
 
 def values_of_motion(
     model: Model,
-    motion: Motion,
+    motion: TestMotion,
     spectra: Sequence[Density],
     largest: Largest,
     carried: float | None = None,
@@ -190,7 +190,7 @@ def values_of_motion(
     ----------
     model : Model
         What was shaken.
-    motion : Motion
+    motion : TestMotion
         What it did.
     spectra : sequence of Density
         Of its responses.
@@ -208,7 +208,7 @@ def values_of_motion(
 
 
 def samples_besides(
-    model: Model, motion: Motion, carried: float | None = None
+    model: Model, motion: TestMotion, carried: float | None = None
 ) -> dict[Quantity, FloatArray]:
     """Return the samples of joints, force and shaker of a simulated test, (n,) arrays.
 
@@ -230,7 +230,7 @@ def samples_besides(
 
 
 def samples_of(
-    quantity: Quantity, model: Model, motion: Motion, carried: float | None
+    quantity: Quantity, model: Model, motion: TestMotion, carried: float | None
 ) -> FloatArray:
     """Return the samples of one quantity of a simulated test, (n,) array [its unit]."""
     if quantity.whose == "response":
@@ -238,7 +238,7 @@ def samples_of(
     return samples_besides(model, motion, carried)[quantity]
 
 
-def _force_into(model: Model, motion: Motion) -> FloatArray:
+def _force_into(model: Model, motion: TestMotion) -> FloatArray:
     """Return the force of the base, or the one that drives, on the specimen, (n,) array [N]."""
     if not model.excitation.moves_base:
         return motion.drive
@@ -249,7 +249,7 @@ def _force_into(model: Model, motion: Motion) -> FloatArray:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Spread:
+class UncertainQuantity:
     """A quantity with all that leaves it open.
 
     Attributes
@@ -288,7 +288,7 @@ class Spread:
         return float(np.mean(self.all > limit))
 
 
-def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> Spread:
+def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> UncertainQuantity:
     r"""Return a quantity with its model error.
 
     .. math:: x = x_i \, 10^{(\sigma t_\nu + h z) / 20}
@@ -318,4 +318,4 @@ def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> Spread:
     law = generator.standard_t(freedom, size) if error_db else np.zeros(size)
     moved = _PER_DB * error_db * law
     moved = np.clip(moved, -50.0, 50.0) + kernel * generator.standard_normal(size)
-    return Spread(drawn, np.exp(logs[:, None] + moved).ravel())
+    return UncertainQuantity(drawn, np.exp(logs[:, None] + moved).ravel())

@@ -143,7 +143,7 @@ def _again(
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Found:
+class _FoundModes:
     """Modes: poles [rad/s], shapes, errors of ln damping and ln frequency, and chance."""
 
     poles: ComplexArray
@@ -232,7 +232,7 @@ def identify_output_only(
 
 def _modes(
     parts: FloatArray, n_rows: int, interval: float, scale: FloatArray, settings: Settings
-) -> tuple[Diagram, _Found, list[str]]:
+) -> tuple[Diagram, _FoundModes, list[str]]:
     """Return the diagram, what is taken for modes, and which wishes are not met."""
     n = parts.shape[-1]
     whole = _subspace(parts.sum(axis=0), n_rows, interval)
@@ -250,7 +250,7 @@ def _modes(
     others = [[_poles(space, order) for order in orders] for space in spaces]
     errors, chance = jackknife(others, diagram, poles, shapes, scale)
     known = wanted | (errors[0] < UNKNOWN)
-    found = _Found(poles[known], shapes[known], errors[:, known], chance[known])
+    found = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
     if settings.modes is not None and found.poles.size < settings.modes:
         notes.append(
             f"{settings.modes} modes were asked for, the measurement shows {found.poles.size}"

@@ -15,7 +15,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import AbstractMemorylessEffect, Switch
 from shakerproc.models.laws import Row
-from shakerproc.models.tabulated import Axis, SplineTable, spline_table
+from shakerproc.models.tabulated import SplineTable, TableAxis, spline_table
 
 NEAREST: Final = (1e-8, 1e-6)
 FARTHEST: Final = (1e-1, 1e2)
@@ -79,7 +79,7 @@ def tables_of(effect: AbstractMemorylessEffect) -> tuple[SplineTable, ...]:
         z, v = (_axis(i, cuts[i], PLANE_RATIO) for i in range(2))
         return (spline_table(z, v, _force(effect, z, v)),)
     tables = []
-    origin, still = Axis((np.zeros(1),)), np.zeros((1, 1))
+    origin, still = TableAxis((np.zeros(1),)), np.zeros((1, 1))
     rest = _force(effect, origin, origin)
     if with_z or not with_v:
         line = _axis(0, cuts[0], LINE_RATIO)
@@ -116,7 +116,7 @@ def _depends(effect: AbstractMemorylessEffect) -> tuple[bool, bool, bool]:
     return with_z, with_v, bool(np.any(np.abs(left) > small))
 
 
-def _axis(i: int, cuts: Sequence[float], ratio: float) -> Axis:
+def _axis(i: int, cuts: Sequence[float], ratio: float) -> TableAxis:
     """Return where a law is sampled, cut at its surfaces, finely to both sides of each."""
     steps = np.log(FARTHEST[i] / NEAREST[i]) / np.log(ratio)
     up = np.geomspace(NEAREST[i], FARTHEST[i], int(np.ceil(steps)) + 1)
@@ -137,10 +137,10 @@ def _axis(i: int, cuts: Sequence[float], ratio: float) -> Axis:
         ends = [np.nextafter(low, np.inf)] if np.isfinite(low) else []
         far = [np.nextafter(high, -np.inf)] if np.isfinite(high) else []
         parts.append(np.concatenate((ends, inside, far)))
-    return Axis(tuple(parts), tuple(cuts))
+    return TableAxis(tuple(parts), tuple(cuts))
 
 
-def _force(effect: AbstractMemorylessEffect, z: Axis, v: Axis) -> FloatArray:
+def _force(effect: AbstractMemorylessEffect, z: TableAxis, v: TableAxis) -> FloatArray:
     """Return the force at all samples; beyond where it is finite, that of the last there."""
     with np.errstate(all="ignore"):
         force = np.array(effect.force_at(*np.meshgrid(z.knots, v.knots, indexing="ij")), float)

@@ -18,7 +18,7 @@ from shakerproc.models.laws import Law, Row
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Axis:
+class TableAxis:
     """One axis of a table.
 
     Attributes
@@ -77,14 +77,14 @@ class SplineTable:
 
     Attributes
     ----------
-    displacement, velocity : Axis
+    displacement, velocity : TableAxis
         Its axes, of which one at most has surfaces.
     coefficients : (n_displacement_cells, n_velocity_cells, 4, 4) array
         By powers of displacement and velocity from the origin of the cell.
     """
 
-    displacement: Axis
-    velocity: Axis
+    displacement: TableAxis
+    velocity: TableAxis
     coefficients: FloatArray
 
     def value(
@@ -121,12 +121,14 @@ class SplineTable:
         return Row(Law.TABLE, values, np.concatenate(numbers))
 
 
-def spline_table(displacement: Axis, velocity: Axis, force: FloatArray) -> SplineTable:
+def spline_table(
+    displacement: TableAxis, velocity: TableAxis, force: FloatArray
+) -> SplineTable:
     """Return the table through these forces.
 
     Parameters
     ----------
-    displacement, velocity : Axis
+    displacement, velocity : TableAxis
         Where the law is given.
     force : (n_displacements, n_velocities) array
         The force there [N].
@@ -144,9 +146,9 @@ def spline_table(displacement: Axis, velocity: Axis, force: FloatArray) -> Splin
     return SplineTable(displacement, velocity, coefficients)
 
 
-def axis(values: Sequence[float]) -> Axis:
+def axis(values: Sequence[float]) -> TableAxis:
     """Return an axis without surfaces. `values` are in any unit."""
-    return Axis((np.array(values, float),))
+    return TableAxis((np.array(values, float),))
 
 
 def _natural_spline(knots: FloatArray, values: FloatArray) -> FloatArray:

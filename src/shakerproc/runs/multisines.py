@@ -10,7 +10,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.result import RunResult, lone_force
 from shakerproc.spectra.multisines import (
-    Grid,
+    LineGrid,
     LineSpectra,
     PeriodLayout,
     cut,
@@ -33,7 +33,7 @@ class MultisineReading:
 
     Attributes
     ----------
-    grid : Grid
+    grid : LineGrid
         The lines.
     layout : PeriodLayout
         Which periods were used.
@@ -45,7 +45,7 @@ class MultisineReading:
         Of each response [SI].
     """
 
-    grid: Grid
+    grid: LineGrid
     layout: PeriodLayout
     input: tuple[int, ...]
     rows: tuple[int, ...]

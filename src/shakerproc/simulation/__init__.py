@@ -12,7 +12,7 @@ from shakerproc.simulation.free_runs import (
 from shakerproc.simulation.inputs import Input, prepare, prepare_displacement
 from shakerproc.simulation.interpolation import InterpolationError
 from shakerproc.simulation.response import simulate, simulate_many
-from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
+from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, SimulatedResponse
 from shakerproc.simulation.window_sensing import has_jumps, is_smooth
 
 __all__ = [
@@ -24,7 +24,7 @@ __all__ = [
     "Input",
     "InterpolationError",
     "Runs",
-    "Simulation",
+    "SimulatedResponse",
     "free_runs",
     "has_jumps",
     "is_smooth",

@@ -19,7 +19,7 @@ from shakerproc.simulation.kernels.table import Machine, Store, room_for_series
 from shakerproc.simulation.simulation import (
     CHAOTIC_GROWTH,
     SENSITIVE_GROWTH,
-    Simulation,
+    SimulatedResponse,
     read_sensors,
 )
 
@@ -116,7 +116,7 @@ class Case:
         return "exact propagators" if self.store.parts.size else "Taylor series"
 
 
-def simulated_case(case: Case, *, growth: bool) -> Simulation:
+def simulated_case(case: Case, *, growth: bool) -> SimulatedResponse:
     """Return the response of a case."""
     motion, relative, stats = _run(case)
     n = len(case.system.names)
@@ -128,7 +128,7 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
     if case.model.excitation.moves_base:
         absolute = absolute + samples
     error = case.given.missed + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
-    simulation = Simulation(
+    simulation = SimulatedResponse(
         sample_rate=given.sample_rate,
         outputs={},
         excitation=samples,

@@ -20,7 +20,7 @@ CHAOTIC_GROWTH: Final = 1e8
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Simulation:
+class SimulatedResponse:
     """The response of a model, and how far it can be trusted.
 
     Attributes
@@ -115,8 +115,8 @@ class Simulation:
 
 
 def read_sensors(
-    model: Model, simulation: Simulation, pieces: FloatArray, stride: int
-) -> Simulation:
+    model: Model, simulation: SimulatedResponse, pieces: FloatArray, stride: int
+) -> SimulatedResponse:
     """Return the simulation with what each sensor records, faults and all.
 
     Parameters
@@ -150,43 +150,43 @@ class _Base:
         return relative if own is None else relative + own
 
 
-def _recorded(sensor: Sensor, simulation: Simulation, base: _Base) -> FloatArray:
+def _recorded(sensor: Sensor, simulation: SimulatedResponse, base: _Base) -> FloatArray:
     samples = _MEASURED[sensor.measures](sensor.at, simulation, base)
     for fault in sensor.faults:
         samples = fault.apply(samples, simulation.sample_rate)
     return samples
 
 
-def _acceleration(at: str, simulation: Simulation, base: _Base) -> FloatArray:
+def _acceleration(at: str, simulation: SimulatedResponse, base: _Base) -> FloatArray:
     if at == BASE:
         return base.excitation if base.driven else np.zeros_like(base.excitation)
     row: FloatArray = simulation.acceleration[simulation.masses.index(at)]
     return row
 
 
-def _displacement(at: str, simulation: Simulation, base: _Base) -> FloatArray:
+def _displacement(at: str, simulation: SimulatedResponse, base: _Base) -> FloatArray:
     return base.add(base.displacement, simulation.relative_displacement(BASE, at))
 
 
-def _velocity(at: str, simulation: Simulation, base: _Base) -> FloatArray:
+def _velocity(at: str, simulation: SimulatedResponse, base: _Base) -> FloatArray:
     return base.add(base.velocity, simulation.relative_velocity(BASE, at))
 
 
-def _relative_displacement(at: str, simulation: Simulation, base: _Base) -> FloatArray:  # noqa: ARG001
+def _relative_displacement(at: str, simulation: SimulatedResponse, base: _Base) -> FloatArray:  # noqa: ARG001
     return simulation.relative_displacement(BASE, at)
 
 
-def _relative_velocity(at: str, simulation: Simulation, base: _Base) -> FloatArray:  # noqa: ARG001
+def _relative_velocity(at: str, simulation: SimulatedResponse, base: _Base) -> FloatArray:  # noqa: ARG001
     return simulation.relative_velocity(BASE, at)
 
 
-def _force(at: str, simulation: Simulation, base: _Base) -> FloatArray:  # noqa: ARG001
+def _force(at: str, simulation: SimulatedResponse, base: _Base) -> FloatArray:  # noqa: ARG001
     if simulation.force is None:
         raise ValueError("a force is measured where the displacement is imposed")
     return simulation.force
 
 
-_MEASURED: Mapping[Measures, Callable[[str, Simulation, _Base], FloatArray]] = (
+_MEASURED: Mapping[Measures, Callable[[str, SimulatedResponse, _Base], FloatArray]] = (
     MappingProxyType({
         "acceleration": _acceleration,
         "displacement": _displacement,

@@ -19,7 +19,7 @@ from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import walk_windows
 from shakerproc.simulation.propagators import build_store
-from shakerproc.simulation.window_sensing import Motion, base_motion, has_jumps, sense
+from shakerproc.simulation.window_sensing import WindowMotion, base_motion, has_jumps, sense
 
 ROWS: Final = 2**15
 """Samples after which the stepper returns, so that memory is bounded and Ctrl-C is heard."""
@@ -131,7 +131,7 @@ class Walk:
         placed : Placed
             The windows.
         starts : (n, n_motions) array
-            Motion at the first sample of each [m, m/s].
+            WindowMotion at the first sample of each [m, m/s].
         flat : (n_sensors, any) array
             Set, where the windows stand in it [units of the sensors].
         means : bool
@@ -163,7 +163,7 @@ class Walk:
                 moved = _moved(nudges, room.motion[:seen], samples)
                 place = placed.place_of(done - seen, done)
                 moved[(place == 0) | (place > nudges.lead)] = 0.0
-            motion = Motion(
+            motion = WindowMotion(
                 room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps,
                 moved, rate,
             )  # fmt: skip

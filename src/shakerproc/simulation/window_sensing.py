@@ -153,7 +153,7 @@ _BASES: Final[WeakKeyDictionary[Input, BaseMotion]] = WeakKeyDictionary()
 
 @final
 @dataclass(frozen=True, eq=False)
-class Motion:
+class WindowMotion:
     """Rows of the motion of a model, not all of one window, and where the base is meanwhile.
 
     Attributes
@@ -214,13 +214,13 @@ def base_motion(model: Model, given: Input) -> BaseMotion | None:
 
 
 def sense(
-    model: Model, system: System, motion: Motion, rate: float, *, means: bool
+    model: Model, system: System, motion: WindowMotion, rate: float, *, means: bool
 ) -> FloatArray:
     """Return the signal of every sensor, faults apart, (n_sensors, n) array [SI].
 
     Parameters
     ----------
-    motion : Motion
+    motion : WindowMotion
         Consecutive rows.
     rate : float
         Samples per second [Hz].
@@ -235,7 +235,9 @@ def sense(
     return out
 
 
-def _acceleration(m: Motion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
+def _acceleration(
+    m: WindowMotion, n: int, at: Along | None, rate: float, out: FloatArray
+) -> None:
     if at is not None and rate and m.jumps:
         for part in m.parts:
             rows = m.accelerated[part]
@@ -249,31 +251,35 @@ def _acceleration(m: Motion, n: int, at: Along | None, rate: float, out: FloatAr
         out += (m.base.mean if rate else m.base.acceleration)[m.samples]
 
 
-def _velocity(m: Motion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
+def _velocity(m: WindowMotion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
     _relative_velocity(m, n, at, rate, out)
     if m.base is not None:
         out += m.base.motion[0][m.samples]
 
 
-def _displacement(m: Motion, n: int, at: Along | None, rate: float, out: FloatArray) -> None:
+def _displacement(
+    m: WindowMotion, n: int, at: Along | None, rate: float, out: FloatArray
+) -> None:
     _relative_displacement(m, n, at, rate, out)
     if m.base is not None:
         out += m.base.motion[1][m.samples]
 
 
-def _relative_velocity(m: Motion, n: int, at: Along | None, _: float, out: FloatArray) -> None:
+def _relative_velocity(
+    m: WindowMotion, n: int, at: Along | None, _: float, out: FloatArray
+) -> None:
     if at is not None:
         out[:] = at(m.rows[:, n : 2 * n])
 
 
 def _relative_displacement(
-    m: Motion, n: int, at: Along | None, _: float, out: FloatArray
+    m: WindowMotion, n: int, at: Along | None, _: float, out: FloatArray
 ) -> None:
     if at is not None:
         out[:] = at(m.rows[:, :n])
 
 
-def _force(m: Motion, n: int, _at: Along | None, _: float, out: FloatArray) -> None:
+def _force(m: WindowMotion, n: int, _at: Along | None, _: float, out: FloatArray) -> None:
     out[:] = m.acceleration[:, n]
 
 

@@ -33,7 +33,7 @@ FINER: Final = 8
 
 @final
 @dataclass(frozen=True, slots=True)
-class Clock:
+class RecorderClock:
     """Clock of a recorder: time = (t - offset) (1 + drift) at time t of another's.
 
     Attributes
@@ -57,7 +57,7 @@ class Clock:
 
 def clock_against(
     reference: FloatArray, sample_rate: float, other: FloatArray, other_rate: float
-) -> Clock:
+) -> RecorderClock:
     """Return the clock of a recorder, from a motion that two recorders measured.
 
     The loudest part of the middle of the reference is looked for in all of the other, which
@@ -107,7 +107,7 @@ def clock_against(
         )
     slope, at_start = _line(middle[known], delays[known])
     # delay = other less reference, in samples: other = reference (1 + slope) + at_start
-    return Clock(
+    return RecorderClock(
         -at_start / (1.0 + slope) / sample_rate, slope, float(np.median(strength[known]))
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
-from shakerproc.simulation import Simulation, simulate
+from shakerproc.simulation import SimulatedResponse, simulate
 from shakerproc.studies.study import Quantity, StudyRun
 
 NEIGHBOUR = 1e-9
@@ -248,7 +248,7 @@ def strobe(
     return x.T, v.T, float("nan") if found.growth is None else found.growth
 
 
-def _motion(found: Simulation, run: StudyRun) -> SimulatedMotion:
+def _motion(found: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
     skip = int(run.settle * found.excitation.size)
     return SimulatedMotion(
         sample_rate=found.sample_rate,

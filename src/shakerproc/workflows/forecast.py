@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import ArgumentError, LogError
-from shakerproc.forecasts import Forecast as Found
+from shakerproc.forecasts import CampaignForecast as Found
 from shakerproc.forecasts import document_of, forecast_tests, headline, sentences
 from shakerproc.forecasts.document import SCHEMA
 from shakerproc.forecasts.levels import amplitude_of_measured

@@ -7,7 +7,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from shakerproc.runs.analysis import Panel, PanelLine, PanelScale
-from shakerproc.spectra.decays import Reading
+from shakerproc.spectra.decays import DecayReading
 
 MARGIN: Final = 0.03
 """Room above and below the limits in a figure, over the distance of both [-]."""
@@ -18,7 +18,7 @@ QUANTITIES: Final[Mapping[str, tuple[str, float]]] = {
 }
 """What is drawn: the label of its axis and the factor to its unit."""
 
-Curve: TypeAlias = tuple[str, int, Sequence[Reading]]
+Curve: TypeAlias = tuple[str, int, Sequence[DecayReading]]
 """Name, style and readings of a curve."""
 
 

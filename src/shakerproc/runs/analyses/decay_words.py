@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from shakerproc.numerals import numeral
-from shakerproc.spectra.decays import DecayCurve, DecayLine, DecayTrend, Reading
+from shakerproc.spectra.decays import DecayCurve, DecayLine, DecayReading, DecayTrend
 
 DISPUTED: Final = 0.1
 """Share of stretches in which two methods may disagree without a remark [-]: their intervals,
@@ -61,7 +61,7 @@ def harmonic_of(line: DecayLine, lines: Sequence[DecayLine]) -> tuple[int, float
     return None
 
 
-def signature(trend: DecayTrend, readings: Sequence[Reading]) -> str:
+def signature(trend: DecayTrend, readings: Sequence[DecayReading]) -> str:
     """Return how frequency and damping go with amplitude, and which laws do that."""
     first, last = readings[0], readings[-1]
     frequency = (

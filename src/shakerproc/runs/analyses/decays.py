@@ -16,7 +16,7 @@ from shakerproc.runs.analysis import Analysis, Cell, Panel
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra.decays import (
     DecayCurve,
-    Reading,
+    DecayReading,
     decay_curve,
     decay_lines,
     free_start,
@@ -48,7 +48,7 @@ class DecayMode:
     start: float
 
     @property
-    def methods(self) -> tuple[tuple[str, tuple[Reading, ...]], ...]:
+    def methods(self) -> tuple[tuple[str, tuple[DecayReading, ...]], ...]:
         """Name and readings of both methods."""
         return tuple(zip(METHODS, (self.curve.fitted, self.curve.charted), strict=True))
 
@@ -158,7 +158,7 @@ def _no_mode(result: RunResult) -> str:
     )
 
 
-def _displacement(mode: DecayMode, one: Reading) -> float | None:
+def _displacement(mode: DecayMode, one: DecayReading) -> float | None:
     """Return the amplitude as a displacement [mm]; None of what is no motion."""
     if mode.integrations is None:
         return None

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.numerals import numeral
 from shakerproc.runs.multisines import MultisineReading
-from shakerproc.spectra.multisines import Grid, Share
+from shakerproc.spectra.multisines import LineGrid, Share
 from shakerproc.spectra.multisines.distortion import Kind
 
 NAMES: Final[Mapping[Kind, str]] = {
@@ -131,7 +131,7 @@ def problems(reading: MultisineReading) -> Iterator[str]:
     )
 
 
-def _own_lines(grid: Grid) -> str:
+def _own_lines(grid: LineGrid) -> str:
     """Return how far the realisations share their lines."""
     shared = int(np.sum(grid.carried > 1))
     each = grid.excited_in.sum(axis=1)

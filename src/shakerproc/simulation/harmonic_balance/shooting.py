@@ -14,7 +14,7 @@ from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch
 from shakerproc.simulation.harmonic_balance.stability import multipliers
 from shakerproc.simulation.inputs import Input, prepare
 from shakerproc.simulation.response import simulate
-from shakerproc.simulation.simulation import Simulation
+from shakerproc.simulation.simulation import SimulatedResponse
 
 PER_PERIOD = 32
 """Samples a period; the input between them is a polynomial of degree 9."""
@@ -101,7 +101,7 @@ def one_round(
     *,
     order: int = 1,
     n_samples: int = PER_PERIOD,
-) -> Simulation:
+) -> SimulatedResponse:
     """Return one round of a motion from a state, by the stepper that suits the model.
 
     Parameters
@@ -132,7 +132,7 @@ def _input_of_round(level: float, frequency: float, order: int, n_samples: int) 
     )
 
 
-def _around(model: Model, given: Input, state: FloatArray) -> Simulation:
+def _around(model: Model, given: Input, state: FloatArray) -> SimulatedResponse:
     """Return one round from a state."""
     return simulate(model, given, start=_start(model, state), growth=False, solver="taylor")
 
@@ -143,12 +143,12 @@ def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
     return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
 
 
-def _end(found: Simulation) -> FloatArray:
+def _end(found: SimulatedResponse) -> FloatArray:
     end: FloatArray = found.motion[: len(found.motion) - len(found.states), -1]
     return end
 
 
-def _sizes(found: Simulation, omega: float) -> FloatArray:
+def _sizes(found: SimulatedResponse, omega: float) -> FloatArray:
     """Return how large each displacement and velocity is."""
     moving = (len(found.motion) - len(found.states)) // 2
     amplitude = np.max(np.abs(found.motion[:moving]), axis=1)

@@ -9,13 +9,13 @@ from shakerproc.spectra.decays.curves import (
 )
 from shakerproc.spectra.decays.isolation import DecayLine
 from shakerproc.spectra.decays.lines import decay_lines, free_start
-from shakerproc.spectra.decays.readings import Reading
+from shakerproc.spectra.decays.readings import DecayReading
 
 __all__ = [
     "DecayCurve",
     "DecayLine",
+    "DecayReading",
     "DecayTrend",
-    "Reading",
     "at_amplitudes",
     "decay_curve",
     "decay_lines",

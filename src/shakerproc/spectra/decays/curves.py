@@ -21,7 +21,7 @@ from shakerproc.spectra.decays.isolation import (
 from shakerproc.spectra.decays.readings import (
     LEAST_INDEPENDENT,
     LEAST_SAMPLES,
-    Reading,
+    DecayReading,
     chart_of,
     read_chart,
     read_envelope,
@@ -71,9 +71,9 @@ class DecayCurve:
     ----------
     line : DecayLine
         The mode.
-    fitted : tuple of Reading
+    fitted : tuple of DecayReading
         By least squares of a decaying sinusoid.
-    charted : tuple of Reading
+    charted : tuple of DecayReading
         By peaks and zero crossings, over the same stretches.
     problem : str
         Why there are none; empty where there are.
@@ -85,8 +85,8 @@ class DecayCurve:
     """
 
     line: DecayLine
-    fitted: tuple[Reading, ...]
-    charted: tuple[Reading, ...]
+    fitted: tuple[DecayReading, ...]
+    charted: tuple[DecayReading, ...]
     problem: str
     reach: float
     rises: float
@@ -202,14 +202,16 @@ class DecayTrend:
     law: int
 
 
-def trend_of(readings: Sequence[Reading], beside: Sequence[Reading] = ()) -> DecayTrend | None:
+def trend_of(
+    readings: Sequence[DecayReading], beside: Sequence[DecayReading] = ()
+) -> DecayTrend | None:
     """Return how a mode depends on its amplitude; None where too few readings tell.
 
     Parameters
     ----------
-    readings : sequence of Reading
+    readings : sequence of DecayReading
         Of one method along the decay, each sharing half of its stretch with the one before.
-    beside : sequence of Reading
+    beside : sequence of DecayReading
         Those of a model: then the trend is that of frequency over the model's and of damping
         less the model's, at amplitudes that both have.
     """
@@ -240,7 +242,7 @@ def trend_of(readings: Sequence[Reading], beside: Sequence[Reading] = ()) -> Dec
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class AmplitudeReadings:
     """Readings at given amplitudes.
 
     Attributes
@@ -260,7 +262,9 @@ class Curve:
     known: NDArray[np.bool_]
 
 
-def at_amplitudes(readings: Sequence[Reading], amplitudes: Sequence[float]) -> Curve:
+def at_amplitudes(
+    readings: Sequence[DecayReading], amplitudes: Sequence[float]
+) -> AmplitudeReadings:
     """Return the readings at amplitudes between their smallest and their largest.
 
     `amplitudes` are in the unit of the readings.
@@ -271,10 +275,10 @@ def at_amplitudes(readings: Sequence[Reading], amplitudes: Sequence[float]) -> C
     known = (wanted >= amplitude.min()) & (wanted <= amplitude.max())
     place, along = np.log(amplitude[rising]), np.log(wanted[known])
     frequency, damping, *errors = (np.interp(along, place, row[rising]) for row in others)
-    return Curve(frequency, damping, errors[0], errors[1], known)
+    return AmplitudeReadings(frequency, damping, errors[0], errors[1], known)
 
 
-def columns_of(readings: Sequence[Reading]) -> tuple[FloatArray, ...]:
+def columns_of(readings: Sequence[DecayReading]) -> tuple[FloatArray, ...]:
     """Return amplitude, frequency, damping and the half widths of both intervals as arrays."""
     names = ("amplitude", "frequency", "damping", "frequency_error", "damping_error")
     return tuple(np.array([getattr(one, name) for one in readings]) for name in names)

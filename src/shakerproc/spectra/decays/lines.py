@@ -124,7 +124,8 @@ def decay_lines(
     beside, *_ = scipy.signal.peak_prominences(score, places)
     places = places[beside > ABOVE_NOISE]
     alone = [
-        _Group(float(frequency[i]), 0.0, magnitude[:, i], over[:, i]) for i in places.tolist()
+        _ModeLines(float(frequency[i]), 0.0, magnitude[:, i], over[:, i])
+        for i in places.tolist()
     ]
     groups = _groups(rest, sample_rate, alone)
     tallest = np.where(excited(frequency, band), magnitude, 0.0).max(axis=1)
@@ -141,7 +142,7 @@ def decay_lines(
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Group:
+class _ModeLines:
     """Lines of one mode: several where its frequency shifts. Heights by channel, over noise."""
 
     frequency: float
@@ -150,13 +151,13 @@ class _Group:
     over: FloatArray
 
 
-def _groups(rest: FloatArray, sample_rate: float, alone: list[_Group]) -> list[_Group]:
+def _groups(rest: FloatArray, sample_rate: float, alone: list[_ModeLines]) -> list[_ModeLines]:
     """Return the modes that lines make, lowest first.
 
     A mode whose frequency shifts while it decays has a spectrum of several lines, which one by
     one look like modes. They are one where their sum never grows: two modes beat.
     """
-    found: list[_Group] = []
+    found: list[_ModeLines] = []
     while alone:
         last = max(
             i for i, one in enumerate(alone)
@@ -176,9 +177,9 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_Group]) -> list[_
     return found
 
 
-def _joined(lines: Sequence[_Group]) -> _Group:
+def _joined(lines: Sequence[_ModeLines]) -> _ModeLines:
     low, high = lines[0].frequency, lines[-1].frequency
-    return _Group(
+    return _ModeLines(
         0.5 * (low + high),
         high - low,
         np.max([one.heights for one in lines], axis=0),
@@ -186,7 +187,7 @@ def _joined(lines: Sequence[_Group]) -> _Group:
     )
 
 
-def _line(own: _Group, groups: Sequence[_Group], highest: float) -> DecayLine:
+def _line(own: _ModeLines, groups: Sequence[_ModeLines], highest: float) -> DecayLine:
     """Return a mode among all others; their own width is no part of the distance."""
     row = int(np.argmax(own.over))
     others = [(own.frequency, 1.0), (highest - own.frequency, 1.0)] + [

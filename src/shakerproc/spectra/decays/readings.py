@@ -30,7 +30,7 @@ has an interval of 3.2 standard deviations, not 12.7 as of one."""
 
 @final
 @dataclass(frozen=True, slots=True)
-class Reading:
+class DecayReading:
     """Frequency and damping of a mode over a stretch of its decay; limits are those of 95 %.
 
     Attributes
@@ -62,7 +62,7 @@ class Reading:
 
 def reading_of(
     pole: complex, errors: tuple[float, float], time: float, amplitude: float, noise: float
-) -> Reading:
+) -> DecayReading:
     r"""Return the reading of a pole :math:`-\sigma + i \omega_d`.
 
     Parameters
@@ -72,11 +72,11 @@ def reading_of(
     errors : (float, float)
         Half the widths of their intervals [rad/s].
     time, amplitude, noise : float
-        As in `Reading` [s, unit of the motion].
+        As in `DecayReading` [s, unit of the motion].
     """
     tau = 6.283185307179586
     size = abs(pole)
-    return Reading(
+    return DecayReading(
         time=time,
         amplitude=amplitude,
         frequency=size / tau,
@@ -110,7 +110,7 @@ def weighted_middle(time: FloatArray, weights: FloatArray) -> float:
     return float(weights @ time / weights.sum())
 
 
-def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> Reading | None:
+def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> DecayReading | None:
     r"""Return frequency and damping of a stretch by least squares.
 
     .. math:: z(t) = e^{a + p t + q t^2}
@@ -129,7 +129,7 @@ def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> Reading
 
     Returns
     -------
-    Reading or None
+    DecayReading or None
         None where it holds too few values.
     """
     inside = (envelope.time >= start) & (envelope.time <= stop)
@@ -236,7 +236,7 @@ def chart_of(motion: Oscillation, frequency: float) -> Chart:
     )
 
 
-def read_chart(chart: Chart, start: float, stop: float) -> Reading | None:
+def read_chart(chart: Chart, start: float, stop: float) -> DecayReading | None:
     """Return frequency and damping of a stretch from crossings and peaks.
 
     Parabolas through the number of the crossings and through the logarithm of the peaks over
@@ -251,7 +251,7 @@ def read_chart(chart: Chart, start: float, stop: float) -> Reading | None:
 
     Returns
     -------
-    Reading or None
+    DecayReading or None
         None where it holds too few peaks.
     """
     inside = (chart.peaks >= start) & (chart.peaks <= stop)

@@ -2,7 +2,7 @@
 
 from shakerproc.spectra.multisines.distortion import LineSpectra, Share, line_spectra, shares_of
 from shakerproc.spectra.multisines.periods import (
-    Grid,
+    LineGrid,
     PeriodLayout,
     cut,
     grid_of,
@@ -12,7 +12,7 @@ from shakerproc.spectra.multisines.periods import (
 )
 
 __all__ = [
-    "Grid",
+    "LineGrid",
     "LineSpectra",
     "PeriodLayout",
     "Share",

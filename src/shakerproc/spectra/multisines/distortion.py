@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.multisines.periods import Grid
+from shakerproc.spectra.multisines.periods import LineGrid
 
 T = TypeVar("T", FloatArray, ComplexArray)
 
@@ -39,7 +39,7 @@ class LineSpectra:
 
     Attributes
     ----------
-    grid : Grid
+    grid : LineGrid
         The lines.
     input : (n_lines,) array
         Amplitude of the input where it is excited; between excited lines that of its
@@ -62,7 +62,7 @@ class LineSpectra:
         Periods of each realisation.
     """
 
-    grid: Grid
+    grid: LineGrid
     input: FloatArray
     function: ComplexArray
     level: FloatArray
@@ -90,7 +90,7 @@ class LineSpectra:
         return float(np.sqrt(np.mean(self.noise**2) / self.response_power))
 
 
-def line_spectra(driving: ComplexArray, response: ComplexArray, grid: Grid) -> LineSpectra:
+def line_spectra(driving: ComplexArray, response: ComplexArray, grid: LineGrid) -> LineSpectra:
     r"""Return the response at every line.
 
     .. math:: \hat G = \frac{1}{M} \sum_m \frac{\bar Y_m}{\bar U_m}, \qquad
@@ -103,7 +103,7 @@ def line_spectra(driving: ComplexArray, response: ComplexArray, grid: Grid) -> L
     ----------
     driving, response : (n_realisations, n_periods, n_lines) array
         Complex amplitudes of the lines of `grid` in every period, in any unit.
-    grid : Grid
+    grid : LineGrid
         The lines.
 
     References

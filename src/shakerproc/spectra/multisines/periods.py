@@ -242,7 +242,7 @@ def _repeats(samples: FloatArray, sample_rate: float) -> str:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Grid:
+class LineGrid:
     """The lines of a multisine, from the first excited one to the last.
 
     Each realisation may excite lines of its own: a line that carries the input in one then
@@ -297,7 +297,7 @@ class Grid:
 
 def grid_of(
     lines: ComplexArray, spacing: float, band: tuple[float, float], first: int = 0
-) -> Grid:
+) -> LineGrid:
     """Return which lines an input excites in each realisation.
 
     A line of which an input is suspected stands out of its neighbours in one realisation; it is
@@ -345,4 +345,4 @@ def grid_of(
         )
     chosen = np.flatnonzero(excited.any(axis=0))
     part = slice(int(chosen[0]), int(chosen[-1]) + 1)
-    return Grid(number[part], np.asarray(number[part] * spacing, float), excited[:, part])
+    return LineGrid(number[part], np.asarray(number[part] * spacing, float), excited[:, part])

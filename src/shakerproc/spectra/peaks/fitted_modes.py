@@ -13,7 +13,7 @@ from shakerproc.spectra.peaks.finding import IndexArray, local_maxima, resolved
 from shakerproc.spectra.peaks.mode_fit import (
     Kind,
     ModesFit,
-    ModeShape,
+    SmearedModes,
     best_ratio,
     fit_modes,
 )
@@ -156,7 +156,7 @@ def clearance_of(starts: tuple[int, ...]) -> float:
 class FittedModes:
     """The modes that fit a peak (the first) and what is beside it, and what chance made."""
 
-    shape: ModeShape
+    shape: SmearedModes
     fit: ModesFit
     chance: Chance
     covariance: FloatArray  # of the weighted values
@@ -190,7 +190,7 @@ def fitted_modes(
 ) -> FittedModes:
     """Return the modes that fit these bins, as many as the data tell apart."""
     kernel = _kernel(spectra)
-    shape = ModeShape(data.kind, bins, kernel, spectra.n_fft, spectra.sample_rate)
+    shape = SmearedModes(data.kind, bins, kernel, spectra.n_fft, spectra.sample_rate)
     frequency = spectra.frequency[list(starts)]
     near = bins[np.abs(bins - starts[0]) <= clearance_of(starts)]
     alone = replace(shape, bins=near)
@@ -216,7 +216,7 @@ def _kernel(spectra: CrossSpectra) -> AbstractCorrelation:
 
 
 def _settled(
-    spectra: CrossSpectra, data: PeakData, shape: ModeShape, fit: ModesFit
+    spectra: CrossSpectra, data: PeakData, shape: SmearedModes, fit: ModesFit
 ) -> FittedModes:
     """Return modes fitted again with the errors that they themselves imply."""
     chance = _chance(spectra, data, shape.bins, fit)
@@ -229,7 +229,7 @@ def _settled(
 def _one_more(
     spectra: CrossSpectra,
     data: PeakData,
-    shape: ModeShape,
+    shape: SmearedModes,
     found: FittedModes,
     maxima: IndexArray,
 ) -> FittedModes | None:
