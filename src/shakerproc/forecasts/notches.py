@@ -1,4 +1,29 @@
-"""Notches: the least that limits or a fixture take from a drive, their edges and profiles."""
+r"""Notches: the least that limits or a fixture take from a drive, their edges and profiles.
+
+Of all reductions :math:`D(f)` of a drive that bring the mean squares of linear responses down
+to what they may be, the one that takes away the least, in decibels times octaves, clips the
+mean square that each octave gives, weighted by prices :math:`\lambda_q` of the limits:
+
+.. math:: \min_D \int D \, d \ln f \quad \text{with} \quad
+    \int P_q 10^{-D / 10} \, d \ln f \le T_q, \qquad
+    D = \max\left(0,\; 10 \lg \sum_q \lambda_q P_q\right)
+
+with :math:`P_q = f |H_q|^2 W` for a drive of density :math:`W`: where :math:`D > 0`, the
+derivative :math:`1 - \lambda P 10^{-D / 10}` of the Lagrangian is 0. A sweep passes the
+frequencies one after the other, so that its largest value is clipped where it exceeds.
+
+Where a fixture gives way, semi-empirical force limits say what it would let into the specimen:
+
+.. math:: S_{FF} \le C^2 M_0^2 S_{AA}, \quad f < f_0; \qquad
+    S_{FF} \le C^2 M_0^2 S_{AA} (f_0 / f)^2, \quad f \ge f_0
+
+with the mass :math:`M_0` of the specimen and the frequency :math:`f_0` at which the force is
+largest. The drive is notched where the apparent mass :math:`S_{FF} / S_{AA}` exceeds it [1]_.
+
+References
+----------
+.. [1] NASA-HDBK-7004C, "Force Limited Vibration Testing", 2012, ch. 5.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

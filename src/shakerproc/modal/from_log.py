@@ -278,7 +278,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         modes=modes,
         functions=functions,
         density=density_of(cross, cross.n_channels - len(first.sensors), band),
-        unexplained=_unexplained(modes, len(first.sensors)),
+        unexplained=modes.unexplained(len(first.sensors)),
         notes=(*(note for one in taken for note in one.remarks), *modes.notes, *remarks),
         recordings=tuple(
             (str(one.test.id), one.test.require_recording().name, one.sha256) for one in taken
@@ -303,10 +303,3 @@ def _identified(
     else:
         modes = identify_output_only(taken[0].responses, rate, settings)
     return modes, cross, functions_of(cross, records, settings.band, modes)
-
-
-def _unexplained(modes: ModeSet, n_responses: int) -> FloatArray:
-    """Return the unexplained share of each response, the most over the inputs of blows."""
-    if modes.model is None:
-        return np.full(n_responses, np.nan)
-    return np.asarray(modes.model.unexplained.reshape(n_responses, -1).max(axis=1))

@@ -1,4 +1,9 @@
-"""Which poles are modes: without them the record, or a part held out, is explained worse."""
+"""Which poles are modes: without them the record, or a part held out, is explained worse.
+
+A resonance that moves with level or time is fitted better by several poles, however many the
+criterion of one fit asks for: their residues make up its path in this record. In another part
+of the record they do not, and a mode of the structure does.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace

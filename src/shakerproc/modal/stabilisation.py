@@ -84,7 +84,6 @@ def stabilisation(
     sums: Sums,
     orders: Sequence[int],
     band: tuple[float, float],
-    tolerances: Tolerances | None = None,
 ) -> Diagram:
     """Return the stabilisation diagram of sums over lines, with its clusters.
 
@@ -96,15 +95,13 @@ def stabilisation(
         Rising orders of the fits.
     band : (float, float)
         Where poles are kept [Hz].
-    tolerances : Tolerances, optional
-        How little a stable pole may change.
 
     Returns
     -------
     Diagram
         Poles by order, clusters numbered by frequency.
     """
-    return diagram_of([poles_of_order(sums, order) for order in orders], band, tolerances)
+    return diagram_of([poles_of_order(sums, order) for order in orders], band)
 
 
 def diagram_of(

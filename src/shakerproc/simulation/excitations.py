@@ -66,23 +66,6 @@ def linear_sweep(
     return Chirp(first, (last - first) / duration, amplitude, phase)
 
 
-def literal_sweep(first: float, last: float, duration: float, amplitude: float) -> Signal:
-    r"""Return the thesis' eq. 5.1 to the letter, which sweeps at twice the rate it names.
-
-    .. math:: A \cos(\omega(t) t), \qquad \omega(t) = \omega_0 + (\omega_1 - \omega_0) t / T
-
-    Its momentary frequency is :math:`f_0 + 2 (f_1 - f_0) t / T`.
-
-    Parameters
-    ----------
-    first, last : float
-        Frequencies named at time 0 and at `duration` [Hz].
-    duration, amplitude : float
-        Time [s], and amplitude [m/s^2 or N].
-    """
-    return linear_sweep(first, 2.0 * last - first, duration, amplitude, 0.5 * np.pi)
-
-
 def logarithmic_sweep(
     first: float, last: float, rate: float, amplitude: float, phase: float = 0.0
 ) -> Signal:

@@ -1,4 +1,14 @@
-"""Signals of the sensors of a model in windows of a test, mean accelerations among them."""
+"""Signals of the sensors of a model in windows of a test, mean accelerations among them.
+
+The mean over a sample lets through much of what jumps hold above half the sample rate, and that
+folds back. Displacement and velocity at the samples together tell a motion up to the whole
+rate, so that what folds back from below it can be taken away [1]_.
+
+References
+----------
+.. [1] A. Papoulis, "Generalized sampling expansion", IEEE Transactions on Circuits and Systems
+   24 (11), 652-654, 1977.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

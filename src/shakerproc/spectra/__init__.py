@@ -17,7 +17,7 @@ from shakerproc.spectra.peaks.damping import (
     own_width,
     seen_share,
 )
-from shakerproc.spectra.peaks.finding import Peak, effective_frequencies, find_peaks
+from shakerproc.spectra.peaks.finding import Peak, find_peaks
 from shakerproc.spectra.responses.bounds import (
     Bounds,
     gain_random_error,
@@ -92,7 +92,6 @@ __all__ = [
     "damping_of_response",
     "driven",
     "effective_averages",
-    "effective_frequencies",
     "excited",
     "fastest_rate",
     "find_peaks",

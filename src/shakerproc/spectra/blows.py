@@ -1,4 +1,10 @@
-"""Blows of a hammer: how their blocks are cut and windowed, and which of them can be used."""
+"""Blows of a hammer: how their blocks are cut and windowed, and which of them can be used.
+
+The blocks of all blows that are kept are the segments of which the spectra are averages. An
+exponential window multiplies force and responses alike, which is exact: it moves every pole
+to the left, so that the response functions are those of the structure with more damping,
+known and taken away again where damping is read.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,9 @@
-"""The mass on a spring and a damper, or with dry friction (eq. 3.8-3.27 of the thesis)."""
+r"""The mass on a spring and a damper, or with dry friction (eq. 3.8-3.27 of the thesis).
+
+Eq. 3.19 prints ``v < 0`` for both signs; the third line is ``v > 0``. Eq. 3.23 prints
+:math:`c\dot x` for the power; it is :math:`c\dot x^2`, and the result
+:math:`\pi c\omega X^2` is right.
+"""
 
 import numpy as np
 

@@ -1,4 +1,13 @@
-"""The mass on a Duffing spring, with free play, stops or a power law: exact frequencies."""
+r"""The mass on a Duffing spring, with free play, stops or a power law: exact frequencies.
+
+The Duffing oscillator of section 3.6:
+
+.. math:: \ddot x + \omega_n^2 x + \mu x^3 = F \cos\omega t
+
+From eq. 3.29 on the thesis divides by the mass: its :math:`\mu` there is the coefficient of
+eq. 3.28 over the mass [1/(m² s²)] and its :math:`F` a force over the mass [m/s²]. These
+functions keep to that.
+"""
 
 import numpy as np
 import scipy  # its parts load when they are first used

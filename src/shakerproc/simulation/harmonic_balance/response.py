@@ -108,7 +108,6 @@ def frequency_response(
     from_hz: float,
     to_hz: float,
     harmonics: int = 31,
-    steps: StepSizes | None = None,
 ) -> Response:
     """Return the periodic motions of a model against frequency, stable and unstable.
 
@@ -125,8 +124,6 @@ def frequency_response(
     harmonics : int
         Highest harmonic. Where the forces are odd, only odd harmonics are carried: the motion
         has no others, and a loss of that symmetry shows as a branch point.
-    steps : StepSizes, optional
-        How the curve is followed.
 
     Returns
     -------
@@ -155,9 +152,9 @@ def frequency_response(
         raise ModelError(
             f"{model.title}: the friction holds the masses still at this level. Raise it."
         )
-    band, chosen = (from_hz, to_hz), steps or _steps(balance)
+    band = (from_hz, to_hz)
     try:
-        branches = _branches(balance, band, chosen)
+        branches = _branches(balance, band, _steps(balance))
         if not branches:
             _complain(balance, model.title, band)
     except (np.linalg.LinAlgError, OverflowError) as error:

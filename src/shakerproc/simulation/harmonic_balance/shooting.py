@@ -1,4 +1,9 @@
-"""Periodic motion by shooting: the state that comes back after a period of exact stepping."""
+"""Periodic motion by shooting: the state that comes back after a period of exact stepping.
+
+Harmonics resolve the corner that dry friction puts into the velocity slowly; the stepper
+locates every stop and start. Shooting therefore makes harmonic balance's solutions exact, and
+gives their multipliers, for models with dry friction.
+"""
 
 from dataclasses import dataclass, replace
 from typing import final

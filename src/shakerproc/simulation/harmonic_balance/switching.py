@@ -1,6 +1,7 @@
 """From one branch to another: lost symmetry, doubled periods, subharmonic motion."""
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +36,11 @@ STARTS = (0.03, 0.1, 0.01)
 FREQUENCIES, PHASES = 10, 8
 """How many frequencies and phases are tried."""
 
+STEPS: Final = StepSizes(most=600)
+"""How a branch that leaves another is followed."""
 
-def branch_off(
-    branch: Branch, mark: BranchMark, band: tuple[float, float], steps: StepSizes | None = None
-) -> Branch | None:
+
+def branch_off(branch: Branch, mark: BranchMark, band: tuple[float, float]) -> Branch | None:
     """Return the branch that leaves another at a mark.
 
     Where the period doubles, the new branch has half the base rate; where the symmetry of an
@@ -52,8 +54,6 @@ def branch_off(
         A period doubling or branch point on it.
     band : tuple of float
         Frequencies of the excitation [Hz].
-    steps : StepSizes, optional
-        How the curve is followed.
 
     Returns
     -------
@@ -78,15 +78,11 @@ def branch_off(
             found = correct(curve, guess, direction, weights, 1e-9)
             if found is not None and _share(curve, found[0], new) > 0.3 * share:
                 towards = direction / weights
-                return _follow(
-                    curve, (found[0], towards), new, band, steps or StepSizes(most=600)
-                )
+                return _follow(curve, (found[0], towards), new, band)
     return None
 
 
-def branches_off(
-    branch: Branch, band: tuple[float, float], steps: StepSizes | None = None
-) -> tuple[Branch, ...]:
+def branches_off(branch: Branch, band: tuple[float, float]) -> tuple[Branch, ...]:
     """Return every branch that leaves another, each once.
 
     Parameters
@@ -95,12 +91,10 @@ def branches_off(
         The known branch, its marks sharpened.
     band : tuple of float
         Frequencies of the excitation [Hz].
-    steps : StepSizes, optional
-        How the curves are followed.
     """
     found: list[Branch] = []
     for mark in branch.marks:
-        other = None if mark.kind == "fold" else branch_off(branch, mark, band, steps)
+        other = None if mark.kind == "fold" else branch_off(branch, mark, band)
         if other is not None and not any(_alike(known, other) for known in found):
             found.append(other)
     return tuple(found)
@@ -143,7 +137,6 @@ def _follow(
     start: tuple[FloatArray, FloatArray],
     new: NDArray[np.bool_],
     band: tuple[float, float],
-    steps: StepSizes,
 ) -> Branch:
     """Return the branch from a point in a direction until its own harmonics fade."""
     least = 0.5 * _share(curve, start[0], new)
@@ -153,13 +146,13 @@ def _follow(
         faded = _share(curve, point, new) < least or before[:-1][new] @ point[:-1][new] < 0.0
         return "joined the branch that it came from" if faded else usual(before, point)
 
-    trace = follow(curve, *start, stop, steps)
+    trace = follow(curve, *start, stop, STEPS)
     trace, ended = end_of_trace(curve, trace, band)
     return branch_of_trace(curve.balance, curve, trace, ended)
 
 
 def subharmonic_branches(
-    response: Response, order: int, *, harmonics: int = 15, steps: StepSizes | None = None
+    response: Response, order: int, *, harmonics: int = 15
 ) -> tuple[Branch, ...]:
     """Return the branches of motions that repeat every so many periods of the excitation.
 
@@ -174,8 +167,6 @@ def subharmonic_branches(
         Periods of the excitation after which the motion repeats, 2 or more.
     harmonics : int
         Highest harmonic of the excitation that is carried.
-    steps : StepSizes, optional
-        How the curve is followed.
 
     Returns
     -------
@@ -192,14 +183,13 @@ def subharmonic_branches(
     balance = balance_of_system(response.branches[0].balance.system, harmonics, order)
     largest = max(float(np.max(np.abs(samples_of_branch(b, 256)))) for b in response.branches)
     free = backbone(response.model, (1e-3 * largest, 2.0 * largest), harmonics=harmonics)
-    chosen = steps or StepSizes(most=600)
     branches: list[Branch] = []
     for guess, omega in _guesses(balance, free, response.band):
         frequency = omega * order / (2.0 * np.pi)
         covered = [b for b in branches if np.ptp(np.sign(b.frequency - frequency)) > 0.0]
         found = None if covered else newton(balance, guess, omega, most=12)
         if found is not None and _own_share(balance, found) > 0.05:
-            branches.append(_both_ways(balance, np.append(found, omega), response.band, chosen))
+            branches.append(_both_ways(balance, np.append(found, omega), response.band))
     return tuple(branches)
 
 
@@ -210,14 +200,14 @@ def _own_share(balance: HarmonicBalance, unknowns: FloatArray) -> float:
 
 
 def _both_ways(
-    balance: HarmonicBalance, start: FloatArray, band: tuple[float, float], steps: StepSizes
+    balance: HarmonicBalance, start: FloatArray, band: tuple[float, float]
 ) -> Branch:
     towards = np.zeros(start.size)
     towards[-1] = 1.0
-    onwards = follow_branch(balance, start, towards, band, steps)
+    onwards = follow_branch(balance, start, towards, band, STEPS)
     if CLOSED in onwards.ended:
         return onwards
-    return joined(follow_branch(balance, start, -towards, band, steps), onwards)
+    return joined(follow_branch(balance, start, -towards, band, STEPS), onwards)
 
 
 def _guesses(

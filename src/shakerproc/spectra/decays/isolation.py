@@ -1,4 +1,8 @@
-"""One mode of a free decay by itself: at rest in its own frame, or band-passed."""
+"""One mode of a free decay by itself: at rest in its own frame, or band-passed.
+
+Both filters look ahead only, within the decay, so that neither smears what was before it: what
+they make of a decaying sinusoid is the sinusoid again, times a constant, from its first sample.
+"""
 
 from dataclasses import dataclass
 from typing import Final, final

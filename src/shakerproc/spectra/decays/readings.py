@@ -1,4 +1,10 @@
-"""Frequency, damping and amplitude of a stretch of a decay: least squares, or crossings."""
+"""Frequency, damping and amplitude of a stretch of a decay: least squares, or crossings.
+
+References
+----------
+.. [1] M. Jin, W. Chen, M. R. W. Brake and H. Song, "Identification of instantaneous frequency
+   and damping from transient decay data", J. Vib. Acoust. 142, 051111, 2020.
+"""
 
 from dataclasses import dataclass
 from itertools import pairwise

@@ -9,7 +9,6 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.welch.cross import CrossSpectra, psd
 
 IndexArray: TypeAlias = NDArray[np.intp]
 
@@ -19,6 +18,8 @@ BY_CHANCE: Final = 0.05
 
 def saddles(level: FloatArray, peaks: IndexArray) -> IndexArray:
     """Return the higher of the two saddles between each maximum and taller ground.
+
+    scipy.signal has them, but takes 0.4 s to load.
 
     Parameters
     ----------
@@ -212,48 +213,6 @@ def find_peaks(
         found = resolved(found, np.where(inside, values, np.nan), errors)
     tallest = separated(found, values, distance / width)[:count]
     return tuple(_peak(int(k), frequency, values) for k in tallest)
-
-
-def effective_frequencies(
-    spectra: CrossSpectra,
-    channels: Sequence[int],
-    band: tuple[float, float],
-    *,
-    distance: float = 0.0,
-) -> tuple[Peak | None, ...]:
-    r"""Return the tallest peak of the density of each channel, at its peak frequency.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        Matrix of cross spectra.
-    channels : sequence of int
-        Rows of the channels, from 0.
-    band : (float, float)
-        Excited band, in which the peak must lie [Hz].
-    distance : float
-        Frequency within which only the tallest peak counts [Hz].
-
-    Returns
-    -------
-    tuple of Peak or None
-        One for each channel; None where the density has no maximum in the band.
-
-    Raises
-    ------
-    ValueError
-        If the band does not rise.
-
-    References
-    ----------
-    .. [1] THESIS, section 5.2, "Using peaks to find trends".
-    """
-    density = psd(spectra)
-    found = (
-        find_peaks(spectra.frequency, density[row], band, distance=distance, count=1)
-        for row in channels
-    )
-    return tuple(peaks[0] if peaks else None for peaks in found)
 
 
 def thesis_peaks(values: FloatArray, share: float, height: float = -np.inf) -> IndexArray:
