@@ -16,7 +16,7 @@ from shakerproc.errors import ModelError
 from shakerproc.model_files import EffectSource, effect_files, load_effects, used_effects
 from shakerproc.models import BASE, EFFECTS, Element, Excitation, Model, registry
 from shakerproc.models.effects import ContactDamping, Damper, Gap, Spring
-from shakerproc.models.sampling import AbstractSampledEffect, tables_of
+from shakerproc.models.tabulated import AbstractSampledEffect, tables_of
 from shakerproc.simulation import simulate
 
 FILE = Path(__file__).parents[2] / "examples" / "my_effects.py"

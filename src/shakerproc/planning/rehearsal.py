@@ -27,8 +27,8 @@ from shakerproc.simulation import (
     simulate,
 )
 from shakerproc.simulation.inputs import MOST_SAMPLES
-from shakerproc.simulation.interpolation import finer as finer_samples
-from shakerproc.simulation.interpolation import interpolation_error
+from shakerproc.simulation.pieces import finer as finer_samples
+from shakerproc.simulation.pieces import interpolation_error
 from shakerproc.testlog import Test
 from shakerproc.testlog.excitation import FORCES, LEVELS
 

@@ -10,7 +10,7 @@ from shakerproc.simulation.free_runs import (
     motions_of,
 )
 from shakerproc.simulation.inputs import Input, prepare, prepare_displacement
-from shakerproc.simulation.interpolation import InterpolationError
+from shakerproc.simulation.pieces import InterpolationError
 from shakerproc.simulation.response import simulate, simulate_many
 from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, SimulatedResponse
 from shakerproc.simulation.window_sensing import has_jumps, is_smooth

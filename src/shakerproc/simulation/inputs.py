@@ -7,12 +7,13 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulation.interpolation import InterpolationError, interpolation_error
 from shakerproc.simulation.pieces import (
     ROUNDING,
     Chirp,
     Hold,
+    InterpolationError,
     Signal,
+    interpolation_error,
     pieces_of_samples,
     pieces_of_signal,
 )

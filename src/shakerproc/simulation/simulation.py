@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models.model import BASE, Measures, Model, Sensor
-from shakerproc.simulation.interpolation import InterpolationError
+from shakerproc.simulation.pieces import InterpolationError
 
 SENSITIVE_GROWTH: Final = 1e4
 """Past it no measured input is known well enough to predict the motion in time [-]."""
