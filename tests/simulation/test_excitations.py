@@ -13,8 +13,8 @@ from shakerproc.simulation.excitations import (
     rest,
     sampled,
     stepped_sine,
+    sum_of_signals,
     sweep_duration,
-    together,
 )
 from shakerproc.simulation.noise import (
     NoiseProfile,
@@ -76,7 +76,7 @@ def test_shock_sum_rest_and_samples():
     assert_allclose(np.max(shock(time)), 10.0, rtol=1e-6)
     area = np.sum(shock(time)) * 1e-5
     assert_allclose(area, 10.0 * 0.01 * 2.0 / np.pi, rtol=1e-6)
-    both = together(shock, harmonic(3.0, 1.0), rest())
+    both = sum_of_signals(shock, harmonic(3.0, 1.0), rest())
     assert_allclose(both(time), shock(time) + np.sin(6.0 * np.pi * time), atol=1e-12)
     assert sampled(rest(), 2.0, 10.0).shape == (21,)
 

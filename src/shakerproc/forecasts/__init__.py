@@ -1,4 +1,4 @@
-"""What the next level does: forecasts of planned tests, with bands that were earned."""
+"""Forecasts of planned tests, with bands that were earned on the levels that were run."""
 
 from shakerproc.forecasts.document import document_of, headline, sentences
 from shakerproc.forecasts.forecast import (

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.forecasts.forecast import CampaignForecast, TestForecast
-from shakerproc.forecasts.levels import decibels, told_level
+from shakerproc.forecasts.levels import decibels, raised_level_text
 from shakerproc.forecasts.limits import JudgedLimit
 from shakerproc.forecasts.model_error import LastStep
 from shakerproc.forecasts.notch_plan import NotchedTest, NotchPlan, lower_drive
@@ -30,7 +30,7 @@ def headline(found: CampaignForecast) -> str:
     if not judged:
         return "no verdict: the log has no limits; add limits: {ch3: 40 g peak}, say"
     test, worst = max(judged, key=lambda pair: pair[1].probability)
-    told = f"test {test.planned.test.id} exceeds {worst.name} {told_limit(worst)}"
+    told = f"test {test.planned.test.id} exceeds {worst.name} {limit_text(worst)}"
     if all(one.go for one in found.tests):
         return f"go: every limit is kept; at most {percent(worst.probability)} that {told}"
     verdict = f"no-go: {told} with a probability of {percent(worst.probability)}"
@@ -41,7 +41,7 @@ def headline(found: CampaignForecast) -> str:
 
 
 def sentences(one: TestForecast) -> list[str]:
-    """Return what to know of a planned test, a sentence each."""
+    """Return the findings on a planned test, a sentence each."""
     found = [*departures(one), *(_of_limit(one, judged) for judged in one.limits)]
     return found if one.notch is None else [*found, *of_notches(one, one.notch)]
 
@@ -63,14 +63,14 @@ def departures(one: TestForecast) -> list[str]:
 
 def _of_limit(one: TestForecast, judged: JudgedLimit) -> str:
     level = "" if judged.level_db is None else (
-        f"; 5 % at {told_level(one.planned.test, judged.level_db)}"
+        f"; 5 % at {raised_level_text(one.planned.test, judged.level_db)}"
     )  # fmt: skip
     share = percent(judged.probability)
-    return f"{judged.name} {told_limit(judged)} is exceeded with {share}{level}."
+    return f"{judged.name} {limit_text(judged)} is exceeded with {share}{level}."
 
 
 def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
-    """Return what notches do to a planned test, a sentence each."""
+    """Return the effects of notches on a planned test, a sentence each."""
     found = []
     if plan.found is not None:
         each = f"each limit with {percent(plan.wish.probability)}"
@@ -86,7 +86,7 @@ def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
     else:
         levels = [judged.level_db for judged in one.limits]
         known = [level for level in levels if level is not None]
-        to = f" to {told_level(one.planned.test, min(known))}" if known else ""
+        to = f" to {raised_level_text(one.planned.test, min(known))}" if known else ""
         found.append(f"No notch keeps every limit: {plan.why_none}{to}.")
     if plan.by_force is not None:
         found.append(
@@ -105,7 +105,7 @@ def _taken(one: TestForecast, notched: NotchedTest) -> str:
 
 def _exceeded(one: TestForecast, notched: NotchedTest) -> str:
     each = [
-        f"{judged.name} {told_limit(judged)} is exceeded with {percent(probability)}"
+        f"{judged.name} {limit_text(judged)} is exceeded with {percent(probability)}"
         for judged, probability in zip(one.limits, notched.exceeds, strict=True)
     ]
     return ", ".join(each)
@@ -135,7 +135,7 @@ def _departure(one: TestForecast, name: str) -> str:
 
 
 def owner(quantity: Quantity) -> str:
-    """Return of what a quantity is, for people."""
+    """Return the owner of a quantity (response, joint, shaker), for people."""
     if quantity.whose == "response":
         return quantity.name
     if quantity.whose == "force":
@@ -152,7 +152,7 @@ def percent(probability: float) -> str:
     return f"{numeral(100.0 * probability, 2)} %"
 
 
-def told_limit(judged: JudgedLimit) -> str:
+def limit_text(judged: JudgedLimit) -> str:
     """Return the value of a limit for people, in g where it is an acceleration."""
     limit = judged.limit
     unit, factor = SHOWN.get(limit.unit, (limit.unit, 1.0))
@@ -221,7 +221,7 @@ def _test(one: TestForecast) -> dict[str, Any]:
     test = one.planned.test
     found = {
         "id": test.id,
-        "level": told_level(test),
+        "level": raised_level_text(test),
         "go": one.go,
         "excitation": test.excitation,
         "duration_s": one.planned.duration,
@@ -236,7 +236,9 @@ def _test(one: TestForecast) -> dict[str, Any]:
                 "unit": judged.limit.unit,
                 "probability": judged.probability,
                 "level_at_5_percent": (
-                    None if judged.level_db is None else told_level(test, judged.level_db)
+                    None
+                    if judged.level_db is None
+                    else raised_level_text(test, judged.level_db)
                 ),
             }
             for judged in one.limits

@@ -243,7 +243,7 @@ def _largest(longer: float, generator: np.random.Generator, samples: FloatArray)
 
 @final
 class Drives:
-    """What drives the simulated tests of a plan: phases drawn anew for each.
+    """Drives of the simulated tests of a plan, phases drawn anew for each.
 
     Parameters
     ----------

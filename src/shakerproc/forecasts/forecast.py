@@ -1,4 +1,4 @@
-"""What planned tests will do, with bands that were earned on the levels that were run."""
+"""Forecasts of planned tests, with bands that were earned on the levels that were run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -76,7 +76,7 @@ FAR_DB: Final = 12.0
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelEvidence:
-    """What tests that were run tell of the model.
+    """Numbers of the model from tests that were run, and its errors there.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class ModelEvidence:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class TestForecast:
-    """What one planned test will do.
+    """Forecast of one planned test.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class TestForecast:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class CampaignForecast:
-    """What planned tests will do.
+    """Forecasts of planned tests.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ def forecast_tests(
     seed: int = 0,
     say: Callable[[str], None] = lambda _text: None,
 ) -> CampaignForecast:
-    """Return what planned tests will do.
+    """Return the forecasts of planned tests.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def forecast_tests(
 def evidence_of(
     model: Model, levels: Sequence[Sequence[Measured]], say: Callable[[str], None]
 ) -> ModelEvidence:
-    """Return what tests tell of a model: its numbers, and how far it misses the next level.
+    """Return the numbers of a model by tests, and how far it misses the next level.
 
     Parameters
     ----------
@@ -439,7 +439,7 @@ def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
 def _linear(
     run: ModelledRun, spreads: dict[Quantity, UncertainQuantity], drive: float, ratio: float
 ) -> dict[Quantity, float]:
-    """Return what scaling of a run says of each quantity.
+    """Return each quantity by linear scaling of a run.
 
     Of responses as measured; of joints and forces, which no sensor measures, as the model has
     them under the measured drive. A drive that is measured at rest in part is scaled as it is.

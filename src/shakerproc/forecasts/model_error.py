@@ -1,4 +1,4 @@
-"""How far the model misses a level that it was not fitted to, and what came of the last one."""
+"""Model error at levels that were not fitted to, and the last level: predicted, measured."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -65,7 +65,7 @@ class LevelError:
 
     @property
     def is_unexplained(self) -> bool:
-        """Whether chance, calibration and what the numbers leave open explain it not at all."""
+        """Whether chance, calibration and the uncertainty of the numbers do not explain it."""
         return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
 
 
@@ -131,7 +131,7 @@ def error_of(errors: Sequence[LevelError]) -> Error:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelledRun:
-    """A test that was run, with what the model says of it.
+    """A test that was run, with the motion that the model predicts.
 
     Attributes
     ----------
@@ -185,7 +185,7 @@ def prepared_drive(measured: Measured) -> Input:
 def level_errors(
     numbers: FittedNumbers, tests: Mapping[Measured, Input], highest: float
 ) -> list[LevelError]:
-    """Return how far numbers miss what tests measured.
+    """Return how far the numbers of a model miss the measurements of tests.
 
     Parameters
     ----------
@@ -324,7 +324,7 @@ def last_step(
         return None
     test = errors[-1].test
     own = [one for one in errors if one.test == test and one.distance_db]
-    before = _told_before(earlier or {}, test)
+    before = _earlier_prediction(earlier or {}, test)
     values = []
     for one in own:
         found = before.get((one.quantity.name, one.quantity.what))
@@ -338,8 +338,8 @@ def last_step(
     return LastStep(test, all(one.low is not None for one in values), tuple(values))
 
 
-def _told_before(earlier: Mapping[str, Any], test: str) -> Told:
-    """Return what an earlier document told of the responses of a test before it was run.
+def _earlier_prediction(earlier: Mapping[str, Any], test: str) -> Told:
+    """Return the responses that an earlier document predicted of a test before it was run.
 
     A document that somebody changed by hand told nothing.
     """

@@ -187,7 +187,7 @@ def law_of(joint: JointHistory) -> JointLaw:
 
 
 def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
-    """Return what joints do otherwise than at the highest level that was run, a clause each.
+    """Return how joints differ from the highest level that was run, a clause each.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
 def _of_laws(
     elements: Sequence[Element], pair: tuple[str, str], here: JointHistory, there: JointHistory
 ) -> list[str]:
-    """Return what the laws of a joint do otherwise, by the kinds of them."""
+    """Return how the laws of a joint differ, by their kinds."""
     found = []
     for element in elements:
         effect, turn = element.effect, 1.0 if element.between == pair else -1.0

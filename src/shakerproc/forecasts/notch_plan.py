@@ -62,7 +62,7 @@ Spreads: TypeAlias = Callable[[Test, Quantity, FloatArray], UncertainQuantity]
 @final
 @dataclass(frozen=True, slots=True)
 class NotchWish:
-    """What a notch plan keeps, and how steep its edges are.
+    """Probability that a notch plan keeps, and the slope of its edges.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class NotchWish:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class NotchedTest:
-    """A notched test, and what the notches do.
+    """A notched test, and the effect of its notches.
 
     Attributes
     ----------
@@ -304,7 +304,7 @@ def _next(
 
 
 def _by_force(task: NotchTask) -> NotchedTest | None:
-    """Return what semi-empirical force limiting makes of the test."""
+    """Return the test under semi-empirical force limiting."""
     model = task.numbers.model
     if not model.excitation.moves_base:
         return None

@@ -121,21 +121,21 @@ def reduction_of(
     for _ in range(SWEEPS if len(bounds) > 1 else 1):
         for i, bound in enumerate(bounds):
             prices[i] = 0.0
-            if _left(bound, reduced(prices)) <= bound.allowed:
+            if _residual_power(bound, reduced(prices)) <= bound.allowed:
                 continue
             largest = float(np.max(bound.power))
             low, high = -np.log(largest), DEEPEST * np.log(10.0) / 10.0 - np.log(largest)
             for _ in range(HALVINGS):
                 middle = 0.5 * (low + high)
                 prices[i] = np.exp(middle)
-                enough = _left(bound, reduced(prices)) <= bound.allowed
+                enough = _residual_power(bound, reduced(prices)) <= bound.allowed
                 low, high = (low, middle) if enough else (middle, high)
             prices[i] = np.exp(high)
     return reduced(prices)
 
 
-def _left(bound: Bound, reduction: FloatArray) -> float:
-    """Return what is left of a mean square [unit^2]."""
+def _residual_power(bound: Bound, reduction: FloatArray) -> float:
+    """Return the mean square that a reduction leaves [unit^2]."""
     return float(np.sum(bound.power * 10.0 ** (-reduction / 10.0)))
 
 
@@ -249,7 +249,7 @@ def _unit_of(test: Test) -> LevelUnit:
 
 
 def demand_at(test: Test, frequency: FloatArray) -> FloatArray:
-    """Return what a planned test demands at frequencies inside its band [Hz], an array."""
+    """Return the demand of a planned test at frequencies inside its band [Hz], an array."""
     profile = profile_of_test(test)
     corners = np.array(profile.frequency_hz)
     inside = np.clip(frequency, corners[0], corners[-1])

@@ -280,7 +280,7 @@ class UncertainQuantity:
         return low <= value <= high
 
     def quantile(self, probability: float) -> float:
-        """Return what the quantity does not exceed with a probability [its unit]."""
+        """Return the value that the quantity does not exceed with a probability [its unit]."""
         return float(np.quantile(self.all, probability))
 
     def exceeds(self, limit: float) -> float:

@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ShakerprocError, SpectrumError
 from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
 from shakerproc.modal.choosing import remarks_of
-from shakerproc.modal.gathering import Gathered, check_together, gather, shared_inputs
+from shakerproc.modal.gathering import Gathered, check_joint_fit, gather, shared_inputs
 from shakerproc.modal.identification import identify_records
 from shakerproc.modal.modal_model import ModalFit, response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
@@ -173,7 +173,7 @@ def analyse_log(
     failed: list[tuple[str, str]] = []
     for owner, group, wanted, name in jobs:
         try:
-            found.append(replace(analyse_together(owner, group, wanted), name=name))
+            found.append(replace(analyse_joint(owner, group, wanted), name=name))
         except ShakerprocError as error:
             failed.append((name, str(error)))
         for test in group:
@@ -228,10 +228,10 @@ def analyse_test(log: TestLog, test: Test, wish: Modal) -> TestModes:
     SpectrumError
         If the recording does not allow it.
     """
-    return analyse_together(log, [test], wish)
+    return analyse_joint(log, [test], wish)
 
 
-def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestModes:
+def analyse_joint(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestModes:
     """Return the modes that tests share, in one fit.
 
     Parameters
@@ -249,7 +249,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         If a recording does not allow it, or no one fit can hold the tests.
     """
     taken = [gather(log, test, wish) for test in tests]
-    check_together(taken)
+    check_joint_fit(taken)
     names, units, places, inputs = shared_inputs(taken)
     band = (max(one.band[0] for one in taken), min(one.band[1] for one in taken))
     settings = Settings(band, wish.modes, wish.order, wish.keep)

@@ -21,12 +21,12 @@ from shakerproc.modal.shapes import (
 from shakerproc.modal.stabilisation import (
     Diagram,
     Tolerances,
-    are_wanted,
+    are_requested,
     candidates,
     damping_of,
     diagram_of,
     frequency_of,
-    wanted_poles,
+    requested_poles,
 )
 from shakerproc.numerals import numeral
 
@@ -268,8 +268,8 @@ def _chosen(
     if shapes.shape[1] > 1:
         real &= phase_collinearity(shapes) > LEAST_COLLINEARITY
     poles, shapes, counts = poles[real], shapes[real], counts[real]
-    rows, notes = wanted_poles(diagram, poles, settings.keep)
-    wanted = are_wanted(poles, settings.keep)
+    rows, notes = requested_poles(diagram, poles, settings.keep)
+    wanted = are_requested(poles, settings.keep)
     if settings.modes is not None:
         room = max(settings.modes - rows.size, int(wanted.sum()))
         first = np.lexsort((-counts, ~wanted))[:room]

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.likelihood import fit, orthonormal
@@ -91,7 +92,7 @@ def selected(
     .. [1] R. E. Kass and A. E. Raftery, "Bayes factors", J. American Statistical Association
        90, 773-795, 1995.
     """
-    best = _pruned(lines, fit(lines, apart(certain), FEW_STEPS), band)
+    best = _pruned(lines, fit(lines, distinct_poles(certain), FEW_STEPS), band)
     best = _grown(lines, best, doubtful, band, 0.5)
     best = _grown(lines, best, twins(lines, best), band, SAME)
     if not best.poles.size:
@@ -126,7 +127,7 @@ def reweighted(lines: Lines, model: ModalFit) -> Lines:
     model : ModalFit
         Its model: what it leaves, smoothed over lines, is the noise.
     """
-    share = _share_left(lines, model).mean(axis=0)
+    share = _residual_share(lines, model).mean(axis=0)
     level = np.empty_like(share)
     for own in lines.records:
         level[own] = _smooth(share[own])
@@ -140,7 +141,7 @@ def _smooth(values: FloatArray) -> FloatArray:
     return np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
 
 
-def _share_left(lines: Lines, model: ModalFit) -> FloatArray:
+def _residual_share(lines: Lines, model: ModalFit) -> FloatArray:
     """Return the residual of each line over its mean, (n_outputs, n_lines)."""
     left = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
     mean = left.mean(axis=1, keepdims=True)
@@ -182,7 +183,7 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
     (n,) complex array
         Poles to begin from, 1 and 3 % to either side [rad/s].
     """
-    left = _share_left(lines, model)
+    left = _residual_share(lines, model)
     excess, found = left.mean(axis=0) - np.median(left.mean(axis=0)), []
     for pole in model.poles:
         frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi
@@ -193,7 +194,7 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
     return np.array(found, dtype=np.complex128)
 
 
-def apart(poles: ComplexArray) -> ComplexArray:
+def distinct_poles(poles: ComplexArray) -> ComplexArray:
     """Return the poles without those that coincide with one before them.
 
     `poles` are in [rad/s].
@@ -206,10 +207,15 @@ def apart(poles: ComplexArray) -> ComplexArray:
 
 
 def _sound(model: ModalFit, band: tuple[float, float]) -> bool:
-    frequency = np.abs(model.poles) / (2.0 * np.pi)
+    distinct = distinct_poles(model.poles).size == model.poles.size
+    return bool(_plausible(model.poles, band).all()) and distinct
+
+
+def _plausible(poles: ComplexArray, band: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which poles [rad/s] lie in a band [Hz] with a damping that a mode may have."""
+    frequency = np.abs(poles) / (2.0 * np.pi)
     inside = (frequency >= band[0]) & (frequency <= band[1])
-    damped = (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
-    return bool((inside & damped).all()) and apart(model.poles).size == model.poles.size
+    return inside & (damping_of(poles) < LARGEST_DAMPING) & (damping_of(poles) > 2e-5)
 
 
 def price_of(lines: Lines) -> float:
@@ -226,10 +232,7 @@ def _is_better(lines: Lines, larger: ModalFit, smaller: ModalFit) -> bool:
 
 def _pruned(lines: Lines, model: ModalFit, band: tuple[float, float]) -> ModalFit:
     """Return the model without the modes that it does not need."""
-    frequency = np.abs(model.poles) / (2.0 * np.pi)
-    inside = (frequency >= band[0]) & (frequency <= band[1])
-    inside &= (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
-    kept = apart(model.poles[inside])
+    kept = distinct_poles(model.poles[_plausible(model.poles, band)])
     if kept.size < model.poles.size:
         model = fit(lines, kept, FEW_STEPS)
     while model.poles.size:
@@ -307,8 +310,8 @@ def confirmed(lines: Lines, model: ModalFit, parts: Sequence[Lines]) -> ModalFit
             break
         asked.append(complex(best.poles[weakest]))
         fewer = fit(lines, np.delete(best.poles, weakest), FEW_STEPS)
-        without = foretold(fewer.poles, driven, best.poles)
-        gain = without - foretold(best.poles, driven, best.poles)
+        without = predicted_deviance(fewer.poles, driven, best.poles)
+        gain = without - predicted_deviance(best.poles, driven, best.poles)
         if chance_of(gain) > max(CHANCE, 0.5**gain.size):
             best, asked = fewer, []
     return best if best is model else fit(lines, best.poles)
@@ -332,11 +335,11 @@ def _next(
 ) -> tuple[int | None, list[Lines]]:
     """Return the weakest mode with a neighbour that was not asked about yet, and its parts."""
     poles = model.poles
-    apart = np.abs(np.abs(poles)[:, np.newaxis] / np.abs(poles) - 1.0)
-    np.fill_diagonal(apart, np.inf)
+    spacing = np.abs(np.abs(poles)[:, np.newaxis] / np.abs(poles) - 1.0)
+    np.fill_diagonal(spacing, np.inf)
     for mode in np.argsort(model.losses):
-        other = int(np.argmin(apart[mode]))
-        if apart[mode, other] < REACH and complex(poles[mode]) not in asked:
+        other = int(np.argmin(spacing[mode]))
+        if spacing[mode, other] < REACH and complex(poles[mode]) not in asked:
             driven = _driven(parts, np.abs(poles[[mode, other]]) / (2.0 * np.pi))
             if len(driven) > 1:
                 return int(mode), driven
@@ -357,8 +360,10 @@ def _driven(parts: Sequence[Lines], pair: FloatArray) -> list[Lines]:
     return [part for part, kept in zip(parts, reached, strict=True) if kept]
 
 
-def foretold(poles: ComplexArray, parts: Sequence[Lines], free: ComplexArray) -> FloatArray:
-    """Return the deviance of what residues of all other parts foretell of each part [-].
+def predicted_deviance(
+    poles: ComplexArray, parts: Sequence[Lines], free: ComplexArray
+) -> FloatArray:
+    """Return the deviance of each part from its prediction by residues of all others [-].
 
     Parameters
     ----------

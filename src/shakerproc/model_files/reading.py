@@ -134,7 +134,7 @@ def _motion(document: Document[ModelSchema]) -> Motion:
 
 
 def _reads(written: object, unit: str) -> bool:
-    """Return whether what is written is a number of a unit."""
+    """Return whether a text is a number of a unit."""
     try:
         to_si(written, unit)
     except ValueError:

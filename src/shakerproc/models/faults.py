@@ -89,7 +89,7 @@ class SensorDelay(AbstractFault):
 @final
 @dataclass(frozen=True, slots=True)
 class SensorGain(AbstractFault):
-    """Channel whose sensitivity is not what the log says.
+    """Channel whose sensitivity is not that of the log.
 
     Attributes
     ----------

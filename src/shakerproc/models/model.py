@@ -243,7 +243,7 @@ class Model:
 
     @property
     def rigid_masses(self) -> dict[str, float]:
-        """Mass of each place less what moves with the further modes [kg]."""
+        """Mass of each place less the masses of its further modes [kg]."""
         return {
             name: mass - sum(m.mass * m.participation.get(name, 0.0) ** 2 for m in self.modes)
             for name, mass in self.masses.items()

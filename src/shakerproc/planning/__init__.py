@@ -1,4 +1,4 @@
-"""Before the test: displacement against clearance, what a recording will hold, rehearsal."""
+"""Before the test: displacement against clearance, contents of a recording, rehearsal."""
 
 from shakerproc.planning.acquisition import (
     Averaging,

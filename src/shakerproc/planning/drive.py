@@ -1,4 +1,4 @@
-"""The excitation that the log asks for, as samples: what the shaker would do in a test."""
+"""The excitation that the log asks for, as samples of the shaker's motion or force."""
 
 from math import log2
 from typing import Final
@@ -134,7 +134,7 @@ def played(
 
 
 def length_of_run(test: Test, quiet: float, otherwise: float) -> float:
-    """Return how long a test shakes [s]: by its sweep, by what the log expects, or as given.
+    """Return how long a test shakes [s]: by its sweep, as the log expects, or as given.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One row of the plan for each test, with what to mind before the shaker is booked."""
+"""One row of the plan for each test, with remarks before the shaker is booked."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -50,7 +50,7 @@ _SHOWN: Final = {
 def remarks_on(
     planned: PlannedTest, wish: PlanWish, rate: float | None, modes: list[JointMode]
 ) -> Iterator[str]:
-    """Yield what to mind before a test is run.
+    """Yield remarks on a test before it is run.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def _about_averages(
 
 
 def _about_lines(said: Multisine, modes: list[JointMode]) -> Iterator[str]:
-    """Say what the periods and realisations of a multisine do not tell."""
+    """Yield the limits of a multisine's periods and realisations."""
     for mode in modes:
         half_power = 2.0 * mode.damping_ratio * mode.frequency
         if 0.0 < half_power < LINES_OF_A_MODE / said.period:

@@ -257,7 +257,7 @@ def _integral(frequency: FloatArray, values: FloatArray) -> float:
 
 
 def _pieces(frequency: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the integrals between frequencies of what is straight on double-log paper."""
+    """Return the integrals between frequencies of lines straight on double-log paper."""
     f, y = frequency, np.maximum(values, 1e-300)
     ratio = np.log(f[1:] / f[:-1])
     power = np.log(y[1:] / y[:-1]) / ratio + 1.0

@@ -92,7 +92,7 @@ class Staging:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Rehearsed:
-    """A recording that no shaker made, and what is known of the motion behind it.
+    """A simulated recording, and the motion behind it.
 
     Attributes
     ----------
@@ -286,7 +286,7 @@ def _check_length(test: Test, seconds: float, rate: float) -> None:
 
 
 def check_drive(model: Model, test: Test) -> None:
-    """Pass a test whose level is what drives the model: an acceleration, or a force.
+    """Check that the level of a test drives the model: an acceleration, or a force.
 
     Raises
     ------

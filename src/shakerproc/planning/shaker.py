@@ -230,7 +230,7 @@ class ShakerLimits:
 
     @property
     def by_force(self) -> float:
-        """Largest acceleration, by itself and by what the force can move [m/s²]."""
+        """Largest acceleration, by itself and by the force over the moving mass [m/s²]."""
         moved = self.force / self.moving_mass if self.moving_mass > 0.0 else inf
         return min(self.acceleration, moved)
 

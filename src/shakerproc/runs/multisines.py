@@ -17,7 +17,7 @@ from shakerproc.spectra.multisines import (
     grid_of,
     layout_of,
     line_spectra,
-    settled,
+    transient_periods,
 )
 from shakerproc.spectra.multisines.periods import check_input
 from shakerproc.testlog import Multisine
@@ -94,7 +94,7 @@ def read_multisine(
     first = max(1, int(np.ceil(band[0] / spacing - 1e-6)))
     last = min((layout.n_period - 1) // 2, int(band[1] / spacing + 1e-6))
     lines = 2.0 / layout.n_period * np.fft.rfft(cut(used, layout))[..., first : last + 1]
-    layout = layout.without(settled(lines))
+    layout = layout.without(transient_periods(lines))
     check_input(force, layout, rate)
     lines = lines[:, :, layout.left_out :]
     grid = grid_of(lines[0], spacing, band, first)

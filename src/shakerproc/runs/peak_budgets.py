@@ -217,8 +217,8 @@ def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> list[
         return [rectangular("resolution", off, "distance from the fit of the mode")]
     if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
         return [unknown("resolution", NOT_RESOLVED)]
-    own = spectra.own_width(seen, cross.resolution)
-    low = 1.0 / spectra.seen_share(cross, own) - 1.0
+    own = spectra.resonance_width(seen, cross.resolution)
+    low = 1.0 / spectra.smeared_height(cross, own) - 1.0
     beside = (cross.bin_width / own) ** 2 / of.power
     return [
         bias("resolution", height * low, "smearing by the window"),

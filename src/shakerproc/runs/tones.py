@@ -12,7 +12,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs import levels
 from shakerproc.runs.averaging import averaged
 from shakerproc.spectra import Crop
-from shakerproc.spectra.tones.lines import MixedTones, centre_of, check_apart, mixed_tones
+from shakerproc.spectra.tones.lines import MixedTones, centre_of, check_separable, mixed_tones
 from shakerproc.testlog import Test
 
 FREQUENCY_TOLERANCE: Final = ((0.25, 0.05, 0.0), (5.0, 0.0, 0.2), (50.0, 1.0, 0.0))
@@ -114,7 +114,7 @@ def _places(
         return sorted(line.frequency for line in lines)
     density = spectra.psd(cross)[list(controls)].mean(axis=0)
     places, stated = [], [tone.frequency for tone in test.tones]
-    check_apart(stated, test.processing.welch.segment, cross.sample_rate)
+    check_separable(stated, test.processing.welch.segment, cross.sample_rate)
     for tone in test.tones:
         reach = max(frequency_tolerance(tone.frequency), cross.bin_width)
         others = [abs(tone.frequency - one) / 2.0 for one in stated if one != tone.frequency]

@@ -67,7 +67,7 @@ class System:
 
     @property
     def largest_states(self) -> FloatArray:
-        """Size of each state and what it cannot exceed, (n_states, 2) array."""
+        """Size of each state and its limit, (n_states, 2) array."""
         found = [
             largest_state(Law(line[LAW]), values)
             for line, values in zip(self.machine.lines, self.machine.values, strict=True)

@@ -174,7 +174,7 @@ def half_sine_shock(amplitude: float, width: float, delay: float = 0.0) -> Signa
     return signal
 
 
-def together(*signals: Signal) -> Signal:
+def sum_of_signals(*signals: Signal) -> Signal:
     """Return the sum of signals."""
 
     def signal(time: FloatArray) -> FloatArray:

@@ -181,7 +181,7 @@ def _imposed(given: Input, displacement: FloatArray) -> Input:
 
 
 def prepare_measured(samples: FloatArray, sample_rate: float, *, imposed: bool) -> Input:
-    """Return the input of simulations from what was measured, in as many parts as it needs.
+    """Return the input of simulations from a measurement, in as many parts as it needs.
 
     A drive up to a third of the sample rate is missed by pieces of a sample each; a joint that
     slips for a moment where it is largest feels that. Of noise up to half the rate more parts

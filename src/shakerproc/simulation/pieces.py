@@ -102,7 +102,7 @@ def finer(
 
 
 def led_past_its_ends(samples: FloatArray) -> FloatArray:
-    """Return samples with what is predicted on both sides, (..., n + 2 MARGIN) array.
+    """Return samples with their prediction on both sides, (..., n + 2 MARGIN) array.
 
     `samples` may be in any unit.
     """

@@ -117,7 +117,7 @@ class SimulatedResponse:
 def read_sensors(
     model: Model, simulation: SimulatedResponse, pieces: FloatArray, stride: int
 ) -> SimulatedResponse:
-    """Return the simulation with what each sensor records, faults and all.
+    """Return the simulation with the signal of each sensor, its faults included.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ class Walk:
         self, given: Input, placed: Placed, starts: FloatArray, flat: FloatArray, *,
         means: bool, nudges: Nudges | None = None, nudged: FloatArray | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Set what the sensors record in windows of one test; return which of them failed.
+        """Set the signals of sensors in windows of one test; return which of them failed.
 
         Parameters
         ----------

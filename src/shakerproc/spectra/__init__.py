@@ -14,8 +14,8 @@ from shakerproc.spectra.peaks.damping import (
     half_power_ratio,
     is_resolved,
     longer_may_resolve,
-    own_width,
-    seen_share,
+    resonance_width,
+    smeared_height,
 )
 from shakerproc.spectra.peaks.finding import Peak, find_peaks
 from shakerproc.spectra.responses.bounds import (
@@ -42,7 +42,7 @@ from shakerproc.spectra.thesis import (
     ThesisTables,
     thesis_tables,
 )
-from shakerproc.spectra.tones.lines import SpectralLine, beside_lines, steady_lines
+from shakerproc.spectra.tones.lines import SpectralLine, clear_of_lines, steady_lines
 from shakerproc.spectra.tones.notch_filters import Notched, notch, thesis_notch
 from shakerproc.spectra.tones.passing import SweptMode, fastest_rate, swept_mode
 from shakerproc.spectra.tones.steady import Tone, stepped_response, tone_response
@@ -80,7 +80,7 @@ __all__ = [
     "ThesisTables",
     "ThresholdNotReachedError",
     "Tone",
-    "beside_lines",
+    "clear_of_lines",
     "coherence",
     "conditioned",
     "control_imbalance",
@@ -106,15 +106,15 @@ __all__ = [
     "masked",
     "multiple_coherence",
     "notch",
-    "own_width",
     "periodogram",
     "psd",
     "psd_bounds",
     "psd_ratio",
+    "resonance_width",
     "response_bounds",
     "rms_in_band",
     "sample_at",
-    "seen_share",
+    "smeared_height",
     "spectrogram",
     "statistics",
     "steady_lines",

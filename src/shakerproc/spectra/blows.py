@@ -249,7 +249,7 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
     pulse = _pulse(force, setup)
     peak = float(force[pulse].max())
     answers = {
-        name: _left(row, pulse.start, setup.cut.quiet, float(setup.rest[i]))
+        name: _residual_share(row, pulse.start, setup.cut.quiet, float(setup.rest[i]))
         for i, (name, row) in enumerate(zip(setup.names, block, strict=True))
         if i != setup.force
     }
@@ -338,7 +338,7 @@ def _overload(block: FloatArray, setup: Setup) -> str:
     return f"overload of {', '.join(hit)}: samples stand at the end of the range" if hit else ""
 
 
-def _left(row: FloatArray, begins: int, quiet: int, rest: float) -> float | None:
+def _residual_share(row: FloatArray, begins: int, quiet: int, rest: float) -> float | None:
     """Return the share of a response left at the end [-]; None where it does not respond.
 
     It responds where it rises above its motion before the blow. It may where that is more than

@@ -130,10 +130,10 @@ def _delay(part: FloatArray, among: FloatArray, shift: int) -> tuple[float, floa
         if abs(nearest + shift) < abs(peak + shift):
             low = max(nearest - part.size // 4, 0)
             peak = low + int(np.argmax(alike[low : nearest + part.size // 4]))
-    return shift + peak + _beside(part, among, peak), float(alike[peak])
+    return shift + peak + _offset_of_peak(part, among, peak), float(alike[peak])
 
 
-def _beside(part: FloatArray, among: FloatArray, peak: int) -> float:
+def _offset_of_peak(part: FloatArray, among: FloatArray, peak: int) -> float:
     """Return how far from a place [samples] the correlation is highest, within two samples."""
     near = np.zeros(part.size + 8)
     low, high = max(peak - 4, 0), min(peak + part.size + 4, among.size)

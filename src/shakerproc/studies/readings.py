@@ -101,7 +101,7 @@ def in_words(measure: Measure, bin_width: float) -> str:
 def read_run(
     model: Model, run: StudyRun, several: int, read: Reader
 ) -> tuple[SimulatedMotion, dict[str, float], dict[str, float]]:
-    """Return the motion of a run, what is read from it, and how finely that is known.
+    """Return the motion of a run, the readings of it, and their resolution.
 
     Where the run is chaotic, the values are means over neighbouring runs, and a difference
     counts from twice the standard error of such a mean on.

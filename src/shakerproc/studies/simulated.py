@@ -19,7 +19,7 @@ NEIGHBOUR = 1e-9
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedMotion:
-    """The motion of the first mass relative to the base, what is to settle left out.
+    """The motion of the first mass relative to the base, once it has settled.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A study: a model, what is done to it, what is varied, what is measured."""
+"""A study: a model, its run, the varied parameters, the measured quantity."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
@@ -262,7 +262,7 @@ def samples_left(run: StudyRun) -> int:
 
 
 def check_measure(measure: Measure, run: StudyRun) -> None:
-    """Pass what can be read of a run.
+    """Check that a run holds the quantity to be read.
 
     Raises
     ------

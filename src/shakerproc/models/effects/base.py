@@ -212,7 +212,7 @@ class AbstractMemorylessEffect(AbstractEffect):
 
 
 class DependsOnSurroundings(ABC):
-    """An effect that takes a number from what it stands in parallel with."""
+    """An effect that takes a number from the elements in parallel with it."""
 
     __slots__ = ()
 

@@ -9,12 +9,12 @@ from shakerproc.forecasts import CampaignForecast, Quantity, TestForecast
 from shakerproc.forecasts.document import (
     SHOWN,
     departures,
+    limit_text,
     of_notches,
     owner,
     percent,
-    told_limit,
 )
-from shakerproc.forecasts.levels import told_level
+from shakerproc.forecasts.levels import raised_level_text
 from shakerproc.forecasts.model_error import LastStep
 from shakerproc.forecasts.notches import WRITTEN, profile_of_test
 from shakerproc.forecasts.quantities import UncertainQuantity
@@ -163,7 +163,7 @@ def _section(one: TestForecast, found: CampaignForecast) -> ReportSection:
             "The planned profile, and the one that takes the least away and keeps every limit.",
             to_svg.plot(plot, title=plot.title, height=220),
         ))  # fmt: skip
-    told = f"{test.excitation}, {told_level(test)}, {numeral(one.planned.duration, 4)} s"
+    told = f"{test.excitation}, {raised_level_text(test)}, {numeral(one.planned.duration, 4)} s"
     distance = (
         f"{numeral(one.distance_db)} dB above what was run" if one.distance_db > 0 else ""
     )
@@ -185,10 +185,10 @@ def _limits(one: TestForecast) -> list[ReportTable]:
         return []
     rows = [
         (
-            judged.name, told_limit(judged), _shown(one, judged.quantity),
+            judged.name, limit_text(judged), _shown(one, judged.quantity),
             percent(judged.probability),
             "beyond 12 dB" if judged.level_db is None
-            else told_level(one.planned.test, judged.level_db),
+            else raised_level_text(one.planned.test, judged.level_db),
         )
         for judged in one.limits
     ]  # fmt: skip

@@ -82,7 +82,7 @@ def periodic_orbit(
     omega = 2.0 * np.pi * frequency
     for _ in range(20):
         try:
-            found = _around(model, given, state)
+            found = _round_from_state(model, given, state)
             sizes = _sizes(found, omega)
             monodromy = _differences(model, given, state, sizes)
             step = np.linalg.solve(np.eye(state.size) - monodromy, _end(found) - state)
@@ -93,7 +93,7 @@ def periodic_orbit(
             return None
         state = state + step
         if correction < tolerance:
-            last = _around(model, given, state)
+            last = _round_from_state(model, given, state)
             return Orbit(state, monodromy, last.motion[: state.size // 2, :-1])
     return None
 
@@ -137,7 +137,7 @@ def _input_of_round(level: float, frequency: float, order: int, n_samples: int) 
     )
 
 
-def _around(model: Model, given: Input, state: FloatArray) -> SimulatedResponse:
+def _round_from_state(model: Model, given: Input, state: FloatArray) -> SimulatedResponse:
     """Return one round from a state."""
     return simulate(model, given, start=_start(model, state), growth=False, solver="taylor")
 
@@ -169,7 +169,9 @@ def _differences(
     for i in range(state.size):
         change = np.zeros(state.size)
         change[i] = 1e-6 * sizes[i]
-        ends = [_end(_around(model, given, state + sign * change)) for sign in (1.0, -1.0)]
+        ends = [
+            _end(_round_from_state(model, given, state + sign * change)) for sign in (1.0, -1.0)
+        ]
         columns.append((ends[0] - ends[1]) / (2.0 * change[i]))
     return np.array(columns).T
 

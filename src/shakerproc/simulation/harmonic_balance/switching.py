@@ -95,12 +95,12 @@ def branches_off(branch: Branch, band: tuple[float, float]) -> tuple[Branch, ...
     found: list[Branch] = []
     for mark in branch.marks:
         other = None if mark.kind == "fold" else branch_off(branch, mark, band)
-        if other is not None and not any(_alike(known, other) for known in found):
+        if other is not None and not any(_same_branch(known, other) for known in found):
             found.append(other)
     return tuple(found)
 
 
-def _alike(known: Branch, other: Branch) -> bool:
+def _same_branch(known: Branch, other: Branch) -> bool:
     """Return whether two branches are one, or each other's mirror image."""
     ends = [(np.min(found.frequency), np.max(found.frequency)) for found in (known, other)]
     same_order = known.balance.order == other.balance.order
@@ -188,12 +188,12 @@ def subharmonic_branches(
         frequency = omega * order / (2.0 * np.pi)
         covered = [b for b in branches if np.ptp(np.sign(b.frequency - frequency)) > 0.0]
         found = None if covered else newton(balance, guess, omega, most=12)
-        if found is not None and _own_share(balance, found) > 0.05:
+        if found is not None and _subharmonic_share(balance, found) > 0.05:
             branches.append(_both_ways(balance, np.append(found, omega), response.band))
     return tuple(branches)
 
 
-def _own_share(balance: HarmonicBalance, unknowns: FloatArray) -> float:
+def _subharmonic_share(balance: HarmonicBalance, unknowns: FloatArray) -> float:
     """Return the share of the harmonics that are none of the excitation's [-]."""
     own = balance.numbers % balance.order != 0
     return float(np.linalg.norm(unknowns[own]) / np.linalg.norm(unknowns))

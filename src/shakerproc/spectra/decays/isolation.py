@@ -179,7 +179,7 @@ def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> 
 
 
 def largest_rise(amplitude: FloatArray) -> float:
-    """Return the largest amplitude after a smaller one, over that; 1 of what only decays [-].
+    """Return the largest amplitude after a smaller one, over that; 1 of a mere decay [-].
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def _rest(amplitude: FloatArray) -> float:
 
 
 def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> bool:
-    """Return whether what lies around a line only decays, as one mode does and two do not.
+    """Return whether the signal around a line only decays, as one mode does and two do not.
 
     Parameters
     ----------

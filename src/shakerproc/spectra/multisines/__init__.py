@@ -8,7 +8,7 @@ from shakerproc.spectra.multisines.periods import (
     grid_of,
     layout_of,
     samples_of_period,
-    settled,
+    transient_periods,
 )
 
 __all__ = [
@@ -21,6 +21,6 @@ __all__ = [
     "layout_of",
     "line_spectra",
     "samples_of_period",
-    "settled",
     "shares_of",
+    "transient_periods",
 ]

@@ -246,7 +246,8 @@ def _share(
         share.append(float(np.sqrt(max(over, 0.0))))
         place.append(float(spectra.grid.frequency[block].mean()))
         stands.append(
-            known and _stands(power[block], noise[block], (each, noisy), CHANCE / len(blocks))
+            known
+            and _exceeds_noise(power[block], noise[block], (each, noisy), CHANCE / len(blocks))
         )
     top = int(np.argmax(np.where(stands, share, -1.0)))
     any_stands = bool(np.any(stands))
@@ -261,7 +262,7 @@ def _share(
     )
 
 
-def _stands(
+def _exceeds_noise(
     power: FloatArray,
     noise: FloatArray,
     repeats: tuple[NDArray[np.int_], int],

@@ -163,7 +163,7 @@ def cut(samples: FloatArray, layout: PeriodLayout) -> FloatArray:
     return np.stack(each, axis=1).reshape(shape)
 
 
-def settled(lines: ComplexArray) -> int:
+def transient_periods(lines: ComplexArray) -> int:
     """Return how many periods at the beginning do not repeat; two are always left.
 
     Parameters

@@ -86,7 +86,7 @@ def half_power_ratio(
 
 
 def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
-    """Return whether the bins resolve a peak: its width and height are what they seem to be.
+    """Return whether the bins resolve a peak, so that its width and height are true.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
     return reading is not None and reading[1] >= READABLE * spectra.resolution
 
 
-def own_width(seen: float, window: float) -> float:
+def resonance_width(seen: float, window: float) -> float:
     r"""Return the half-power width of a resonance that is seen through a window [Hz].
 
     .. math:: B_s \approx 0.5346 \, B + \sqrt{0.2166 \, B^2 + B_w^2}
@@ -118,7 +118,7 @@ def own_width(seen: float, window: float) -> float:
     return float((a * seen - root) / (a * a - b))
 
 
-def seen_share(spectra: CrossSpectra, width: float) -> float:
+def smeared_height(spectra: CrossSpectra, width: float) -> float:
     r"""Return the share of the height of a resonance that a window lets be seen.
 
     .. math:: \frac{\sum_\tau r_w(\tau) e^{-\pi B \tau}}{\sum_\tau e^{-\pi B \tau}}

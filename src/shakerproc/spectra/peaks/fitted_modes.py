@@ -1,4 +1,4 @@
-"""The modes that fit the bins around a peak, and what chance made of them."""
+"""The modes that fit the bins around a peak, and the errors that chance makes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -154,7 +154,7 @@ def clearance_of(starts: tuple[int, ...]) -> float:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedModes:
-    """The modes that fit a peak (the first) and what is beside it, and what chance made."""
+    """The modes that fit a peak (the first) and its neighbours, and the errors of chance."""
 
     shape: SmearedModes
     fit: ModesFit
@@ -169,7 +169,7 @@ class FittedModes:
 
     @property
     def scale(self) -> float:
-        """Squared misfit over what chance makes of it [-]."""
+        """Squared misfit over its expectation by chance [-]."""
         left = float(np.trace(self.covariance)) - self.followed
         return self.fit.squares / max(left, 1e-3 * self.fit.residual.size)
 
@@ -199,9 +199,9 @@ def fitted_modes(
     )
     ratio = first * frequency[0] / frequency
     fit = fit_modes(shape, data.values[bins], data.errors[bins], frequency, ratio)
-    found = _settled(spectra, data, shape, fit)
+    found = _refitted(spectra, data, shape, fit)
     while found.scale > 1.0 and found.fit.frequency.size < MOST_MODES:
-        more = _one_more(spectra, data, shape, found, maxima)
+        more = _with_further_mode(spectra, data, shape, found, maxima)
         if more is None:
             break
         found = more
@@ -215,7 +215,7 @@ def _kernel(spectra: CrossSpectra) -> AbstractCorrelation:
     return correlation_of(spectra.window_name, spectra.window)
 
 
-def _settled(
+def _refitted(
     spectra: CrossSpectra, data: PeakData, shape: SmearedModes, fit: ModesFit
 ) -> FittedModes:
     """Return modes fitted again with the errors that they themselves imply."""
@@ -226,7 +226,7 @@ def _settled(
     return FittedModes(shape, again, chance, _weighted(chance, errors, data.kind), errors)
 
 
-def _one_more(
+def _with_further_mode(
     spectra: CrossSpectra,
     data: PeakData,
     shape: SmearedModes,
@@ -255,7 +255,7 @@ def _one_more(
     gained = (found.fit.squares - best.squares) / max(1.0, more.scale)
     if gained <= 2.0 * (more.followed - found.followed):
         return None
-    settled = _settled(spectra, data, shape, best)
+    settled = _refitted(spectra, data, shape, best)
     return settled if settled.fit.converged else None
 
 

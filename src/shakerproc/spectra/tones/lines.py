@@ -123,7 +123,7 @@ def _side_lobes(spectra: CrossSpectra, frequency: float) -> FloatArray:
     return np.asarray(2.0 * spectra.bin_width * np.max(smearing(near) ** 2, axis=0))
 
 
-def beside_lines(
+def clear_of_lines(
     spectra: CrossSpectra, lines: Sequence[SpectralLine], response: int
 ) -> NDArray[np.bool_]:
     """Return which frequencies of a response the lines of the control leave alone.
@@ -164,7 +164,7 @@ def power_of(lines: Sequence[SpectralLine]) -> float:
     return float(sum(line.share for line in lines))
 
 
-def told(lines: Sequence[SpectralLine]) -> str:
+def lines_sentence(lines: Sequence[SpectralLine]) -> str:
     """Return a sentence for people; empty where there is no tone."""
     if not lines:
         return ""
@@ -269,7 +269,7 @@ def mixed_tones(
             f"tones need a run of {2 * PARTS} segments of {stretch} samples, and this one "
             f"holds {count}; take shorter segments: welch: {{segment: ...}}"
         )
-    check_apart(frequency, stretch, sample_rate)
+    check_separable(frequency, stretch, sample_rate)
     for _ in range(2):
         readings = _readings(read, count, stretch, sample_rate, places)
         mean = readings[:, list(controls)].mean(axis=1)
@@ -290,7 +290,7 @@ def mixed_tones(
     )
 
 
-def check_apart(frequency: Sequence[float], stretch: int, sample_rate: float) -> None:
+def check_separable(frequency: Sequence[float], stretch: int, sample_rate: float) -> None:
     """Pass tones that stretches of so many samples tell apart; `frequency` in [Hz].
 
     Raises

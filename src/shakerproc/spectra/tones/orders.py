@@ -101,7 +101,7 @@ def numbered(times: FloatArray) -> Pulses:
     extra: list[float] = []
     most = MOST_IRREGULAR * times.size
     while len(extra) <= most:
-        longer, shorter = _beside(kept)
+        longer, shorter = _neighbouring_intervals(kept)
         short = np.flatnonzero(IRREGULAR * np.diff(kept) < shorter)
         if not short.size:
             break
@@ -109,7 +109,7 @@ def numbered(times: FloatArray) -> Pulses:
         extra.append(float(kept[odd]))
         kept = np.delete(kept, odd)
     interval = np.diff(kept)
-    longer, _ = _beside(kept)
+    longer, _ = _neighbouring_intervals(kept)
     ratio = np.divide(interval, longer, out=np.ones_like(interval), where=longer > 0.0)
     steps = np.where(ratio > IRREGULAR, np.maximum(np.round(ratio), 2.0), 1.0)
     missing = kept[:-1][steps > 1.0]
@@ -123,7 +123,7 @@ def numbered(times: FloatArray) -> Pulses:
     return Pulses(kept, numbers, missing, np.array(extra))
 
 
-def _beside(times: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _neighbouring_intervals(times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the longer and the shorter of the usual intervals before and after each [s].
 
     The first and the last have one side only, and are not judged: 0 and infinity stand beside

@@ -234,7 +234,7 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Passage:
-    """A swept response around its tallest point, and what one mode makes of it.
+    """A swept response around its tallest point, and the response of one mode there.
 
     The logarithms of natural frequency and damping ratio are searched; residue and a straight
     background are solved for.

@@ -1,4 +1,4 @@
-"""The cross spectra of a recording, their densities, and what they are worth statistically."""
+"""The cross spectra of a recording, their densities, and their degrees of freedom."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -172,13 +172,13 @@ class AbstractKind(ABC):
     def drawing(
         self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
     ) -> Drawing:
-        """Return table and panels of what all jobs found, in their order."""
+        """Return table and panels of the findings of all jobs, in their order."""
 
     @final
     def result(
         self, study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
     ) -> StudyResult:
-        """Return tables and panels of what all jobs found, with the outcome of every check."""
+        """Return tables and panels of the findings of all jobs, with every check."""
         drawn = self.drawing(study, jobs, [one.columns for one in found])
         claim = study.claim
         return StudyResult(
@@ -329,7 +329,7 @@ def _in_general(run: StudyRun) -> str:
     if run.excitation == "sine":
         return (
             f"sine of {run.frequency:.4g} Hz for {run.duration:g} s, begun "
-            f"{begun(run.phase)}{start}"
+            f"{sine_start(run.phase)}{start}"
         )
     if run.excitation == "random":
         return f"random {run.from_hz:g} to {run.to_hz:g} Hz, seed {run.seed}{start}"
@@ -341,7 +341,7 @@ def _in_general(run: StudyRun) -> str:
     )
 
 
-def begun(phase: float) -> str:
+def sine_start(phase: float) -> str:
     """Return how a sine begins, for people.
 
     Parameters

@@ -105,7 +105,7 @@ class Grid(AbstractKind):
 @final
 @dataclass(frozen=True, slots=True)
 class PeakOfRun:
-    """Peak frequency of a run, and what stands beside it.
+    """Peak frequency of a run, with its scatter, resolution and growth.
 
     Attributes
     ----------

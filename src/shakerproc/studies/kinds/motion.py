@@ -16,10 +16,10 @@ from shakerproc.studies.kinds.base import (
     JobFinding,
     Option,
     StudyJob,
-    begun,
     column_of,
     driven,
     label_of,
+    sine_start,
 )
 from shakerproc.studies.readings import (
     chaotic_once_settled,
@@ -153,7 +153,7 @@ class Bifurcation(AbstractKind):
             phases=1,
         )
         return JobFinding(
-            {"displacement_m": x[0], "velocity_m_per_s": v[0]}, _told(x, v, growth)
+            {"displacement_m": x[0], "velocity_m_per_s": v[0]}, _period_sentence(x, v, growth)
         )
 
     def drawing(
@@ -214,7 +214,7 @@ class Poincare(AbstractKind):
             "displacement_m": x.ravel(),
             "velocity_m_per_s": v.ravel(),
         }
-        return JobFinding(columns, _told(x, v, growth))
+        return JobFinding(columns, _period_sentence(x, v, growth))
 
     def drawing(
         self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
@@ -249,7 +249,7 @@ def _check_sine(job: StudyJob) -> None:
         raise ValueError(f"looking once a period needs a sine, not {run.excitation}")
 
 
-def _told(x: FloatArray, v: FloatArray, growth: float) -> dict[str, float]:
+def _period_sentence(x: FloatArray, v: FloatArray, growth: float) -> dict[str, float]:
     """Return after how many periods the motion comes back, and whether it is chaotic."""
     period = period_of(x[0], v[0])
     return {
@@ -260,7 +260,7 @@ def _told(x: FloatArray, v: FloatArray, growth: float) -> dict[str, float]:
 
 
 def _begun(study: Study) -> str:
-    return begun(0.0 if study.run is None else study.run.phase)
+    return sine_start(0.0 if study.run is None else study.run.phase)
 
 
 def _map(study: Study, job: StudyJob, one: Columns, phase: float) -> StudyPanel:
