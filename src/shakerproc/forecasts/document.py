@@ -10,7 +10,7 @@ from shakerproc.forecasts.levels import decibels, raised_level_text
 from shakerproc.forecasts.limits import JudgedLimit
 from shakerproc.forecasts.model_error import LastStep
 from shakerproc.forecasts.notch_plan import NotchedTest, NotchPlan, lower_drive
-from shakerproc.forecasts.notches import C_SQUARED, WRITTEN
+from shakerproc.forecasts.notches import C_SQUARED, PROFILE_UNITS
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.numerals import numeral
 
@@ -269,7 +269,7 @@ def _breakpoints(notched: NotchedTest) -> list[dict[str, float]]:
     profile = notched.test.profile
     if profile is None:
         return []
-    _, scale, key = WRITTEN[profile.unit]
+    _, scale, key = PROFILE_UNITS[profile.unit]
     return [
         {"frequency_hz": at, key: level / scale}
         for at, level in zip(profile.frequency_hz, profile.level, strict=True)

@@ -19,8 +19,8 @@ from shakerproc.forecasts.ensemble import (
 )
 from shakerproc.forecasts.levels import amplitude_of, decibels
 from shakerproc.forecasts.notches import (
-    CLOSE,
-    INTO,
+    BREAKPOINT_ERROR,
+    FORCE_INTO,
     PER_OCTAVE,
     Bound,
     centres_of_bins,
@@ -308,7 +308,7 @@ def _by_force(task: NotchTask) -> NotchedTest | None:
     model = task.numbers.model
     if not model.excitation.moves_base:
         return None
-    into = next(quantity for quantity in task.made.values if quantity.whose == INTO)
+    into = next(quantity for quantity in task.made.values if quantity.whose == FORCE_INTO)
     few = ensemble(
         task.numbers, Drives(task.planned, task.seed), PAIRED_DRAWS, watched=[into]
     )  # fmt: skip
@@ -345,7 +345,7 @@ def _sweeps(task: NotchTask) -> bool:
 
 def _octaves(reduction: FloatArray) -> float:
     """Return over how many octaves there is a reduction [-]."""
-    return float(np.count_nonzero(reduction > CLOSE)) / PER_OCTAVE
+    return float(np.count_nonzero(reduction > BREAKPOINT_ERROR)) / PER_OCTAVE
 
 
 def lower_drive(plan: NotchedTest, planned: Test) -> float:

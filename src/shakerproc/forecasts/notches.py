@@ -48,19 +48,19 @@ HALVINGS: Final = 50
 SWEEPS: Final = 20
 """How often the prices of several limits are found in turn [-]."""
 
-DEEPEST: Final = 60.0
+DEEPEST_DB: Final = 60.0
 """Reduction that is looked at: a controller has no more range [dB]."""
 
-CLOSE: Final = 0.1
+BREAKPOINT_ERROR: Final = 0.1
 """By how much breakpoints may miss a reduction: a tenth of what controllers keep to [dB]."""
 
 C_SQUARED: Final = 4.0
 """Factor :math:`C^2`, for which the handbook's cases give 2 to 5 [-]."""
 
-INTO: Final = "force"
+FORCE_INTO: Final = "force"
 """Whose quantity is the force into the specimen."""
 
-WRITTEN: Final[Mapping[str, tuple[str, float, str]]] = MappingProxyType({
+PROFILE_UNITS: Final[Mapping[str, tuple[str, float, str]]] = MappingProxyType({
     "(m/s^2)^2/Hz": ("g^2/Hz", STANDARD_GRAVITY**2, "level_g2_per_hz"),
     "m/s^2": ("g", STANDARD_GRAVITY, "level_g"),
     "N^2/Hz": ("N^2/Hz", 1.0, "level_n2_per_hz"),
@@ -116,7 +116,7 @@ def reduction_of(
     def reduced(prices: FloatArray) -> FloatArray:
         total = sum((p * b.power for p, b in zip(prices, bounds, strict=True)), start=0.0)
         clipped = 10.0 * np.log10(np.maximum(total, 1.0)) * np.ones_like(octaves)
-        return with_edges(octaves, np.minimum(np.maximum(clipped, least), DEEPEST), slope)
+        return with_edges(octaves, np.minimum(np.maximum(clipped, least), DEEPEST_DB), slope)
 
     for _ in range(SWEEPS if len(bounds) > 1 else 1):
         for i, bound in enumerate(bounds):
@@ -124,7 +124,7 @@ def reduction_of(
             if _residual_power(bound, reduced(prices)) <= bound.allowed:
                 continue
             largest = float(np.max(bound.power))
-            low, high = -np.log(largest), DEEPEST * np.log(10.0) / 10.0 - np.log(largest)
+            low, high = -np.log(largest), DEEPEST_DB * np.log(10.0) / 10.0 - np.log(largest)
             for _ in range(HALVINGS):
                 middle = 0.5 * (low + high)
                 prices[i] = np.exp(middle)
@@ -181,7 +181,7 @@ def corners_of(octaves: FloatArray, reduction: FloatArray) -> list[int]:
         line = np.interp(octaves[between], octaves[[first, last]], reduction[[first, last]])
         missed = np.abs(reduction[between] - line)
         at = int(between[np.argmax(missed)])
-        if missed.max() > CLOSE:
+        if missed.max() > BREAKPOINT_ERROR:
             kept.add(at)
             parts += [(first, at), (at, last)]
     return sorted(kept)
@@ -276,7 +276,7 @@ def notched_test(test: Test, frequency: FloatArray, reduction: FloatArray) -> Te
     corners = np.unique([_written(at) for at in corners])
     taken = np.interp(np.log2(corners), np.log2(frequency), reduction)
     per_decade = 10.0 if profile.unit.endswith("/Hz") else 20.0
-    scale = WRITTEN[profile.unit][1]
+    scale = PROFILE_UNITS[profile.unit][1]
     levels = demand_at(test, corners) * 10.0 ** (-taken / per_decade)
     level = tuple(scale * _written(one / scale) for one in levels)
     notched = replace(
@@ -297,7 +297,7 @@ def _written(value: float) -> float:
 
 def profile_yaml(profile: Profile, note: str) -> str:
     """Return a profile as a log has it below ``profiles:``, with a comment above."""
-    unit, scale, _ = WRITTEN[profile.unit]
+    unit, scale, _ = PROFILE_UNITS[profile.unit]
     rows = [
         f"      - [{at:.{_DIGITS}g} Hz, {level / scale:.{_DIGITS}g} {unit}]"
         for at, level in zip(profile.frequency_hz, profile.level, strict=True)
@@ -308,7 +308,7 @@ def profile_yaml(profile: Profile, note: str) -> str:
 
 def profile_csv(profile: Profile) -> str:
     """Return a profile as the CSV file that ``file:`` of a profile names."""
-    unit, scale, _ = WRITTEN[profile.unit]
+    unit, scale, _ = PROFILE_UNITS[profile.unit]
     rows = [
         f"{at:.{_DIGITS}g},{level / scale:.{_DIGITS}g}"
         for at, level in zip(profile.frequency_hz, profile.level, strict=True)

@@ -33,7 +33,7 @@ from shakerproc.numerals import numeral
 BLOCKS: Final = 12
 """Blocks of the record, each left out once for the intervals."""
 
-ABOVE: Final = 1.1
+HIGHEST_OVER_BAND: Final = 1.1
 """Where the analysed samples end, over the end of the band [-]. The input has to be broadband
 up to there: where it ends below, its edge looks like damped modes."""
 
@@ -42,7 +42,7 @@ ROWS: Final = 160
 record, with 2.2 to a period of the highest frequency. Longer lags hold more noise than modes:
 with 480 a fifth fewer modes are within 1 % and 10 % (`python -m benchmarks.modal`)."""
 
-LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
+TOLERANCES: Final = Tolerances(0.01, 0.3, 0.9)
 """How little a stable pole may change; looser than with a measured input."""
 
 KEPT_ORDERS: Final = 3
@@ -51,7 +51,7 @@ KEPT_ORDERS: Final = 3
 TONE_DAMPING: Final = 1e-3
 """Damping ratio below which a pole may be a tone [-]."""
 
-UNKNOWN: Final = 0.8
+UNKNOWN_DAMPING: Final = 0.8
 """Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
 
 MOST_DAMPING: Final = 0.1
@@ -238,7 +238,7 @@ def _modes(
     whole = _subspace(parts.sum(axis=0), n_rows, interval)
     highest = min(settings.order, (n_rows - 1) * n)
     orders = [order for order in orders_of(settings) if order <= highest]
-    diagram = diagram_of([_poles(whole, order) for order in orders], settings.band, LOOSE)
+    diagram = diagram_of([_poles(whole, order) for order in orders], settings.band, TOLERANCES)
     poles, shapes, wanted, notes = _chosen(diagram, len(orders), settings)
     by_frequency = np.argsort(np.abs(poles), kind="stable")
     poles, shapes, wanted = poles[by_frequency], shapes[by_frequency], wanted[by_frequency]
@@ -249,7 +249,7 @@ def _modes(
     ]
     others = [[_poles(space, order) for order in orders] for space in spaces]
     errors, chance = jackknife(others, diagram, poles, shapes, scale)
-    known = wanted | (errors[0] < UNKNOWN)
+    known = wanted | (errors[0] < UNKNOWN_DAMPING)
     found = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
     if settings.modes is not None and found.poles.size < settings.modes:
         notes.append(
@@ -288,7 +288,7 @@ def _slower(
     """Return samples that end above the highest frequency, their interval [s], their scale."""
     centred = responses - responses.mean(axis=1, keepdims=True)
     n = centred.shape[1]
-    wanted = min(n, int(np.ceil(2.0 * ABOVE * highest * n / sample_rate)))
+    wanted = min(n, int(np.ceil(2.0 * HIGHEST_OVER_BAND * highest * n / sample_rate)))
     spectrum = scipy.fft.rfft(centred)[:, : wanted // 2 + 1]
     slower = scipy.fft.irfft(spectrum, wanted)
     scale = np.std(slower, axis=1)

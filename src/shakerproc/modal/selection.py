@@ -25,28 +25,28 @@ FEW_STEPS: Final = 6
 MARGIN: Final = 10.0
 """By how much Schwarz' criterion must improve for one more mode: very strong evidence [-]."""
 
-UNKNOWN: Final = 0.4
+UNKNOWN_DAMPING: Final = 0.4
 """Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
 
 LARGEST_DAMPING: Final = 0.25
 """Damping ratio above which a pole is not taken for a mode [-]."""
 
-SMOOTHED: Final = 41
+SMOOTHED_LINES: Final = 41
 """Lines over which the noise is smoothed."""
 
-FAR: Final = 3.0
+NEEDED_LOSS: Final = 3.0
 """Loss of a mode, in prices of a mode, above which it is needed without a closer look [-]."""
 
-NEAR: Final = 0.3
+LEAST_GAIN: Final = 0.3
 """Gain of a candidate where it stands, in prices of a mode, from which on it is refined [-]."""
 
-SAME: Final = 0.1
+SAME_POLE: Final = 0.1
 """Distance of two poles, in units of the smaller damping, below which they are one [-]."""
 
-REACH: Final = 0.1
+SAME_RESONANCE: Final = 0.1
 """Relative distance of two poles within which they may be one resonance that moves [-]."""
 
-SHARE: Final = 0.1
+DRIVEN_SHARE: Final = 0.1
 """Share of the larger power of a part's input that another has on both sides of a mode [-];
 the parts of a sweep have less, and tell nothing of each other."""
 
@@ -59,7 +59,7 @@ N_PARTS: Final = (8, 4, 2)
 LEAST_LINES: Final = 100
 """Lines of a part at least: its transient takes one for each mode."""
 
-CHANCE: Final = 0.01
+FALSE_MODES: Final = 0.01
 """Probability that a pole which foretells nothing is taken for a mode [-]; with fewer than
 seven parts it is one half to the power of their number."""
 
@@ -94,7 +94,7 @@ def selected(
     """
     best = _pruned(lines, fit(lines, distinct_poles(certain), FEW_STEPS), band)
     best = _grown(lines, best, doubtful, band, 0.5)
-    best = _grown(lines, best, twins(lines, best), band, SAME)
+    best = _grown(lines, best, twins(lines, best), band, SAME_POLE)
     if not best.poles.size:
         return lines, best
     weighted = reweighted(lines, best)
@@ -111,7 +111,7 @@ def _certain(lines: Lines, model: ModalFit) -> ModalFit:
         errors = np.sqrt(np.diag(model.covariance))[::2]
         errors = np.where(damping_of(model.poles) > LARGEST_DAMPING, np.inf, errors)
         worst = int(np.argmax(errors))
-        if errors[worst] < UNKNOWN:
+        if errors[worst] < UNKNOWN_DAMPING:
             break
         model = fit(lines, np.delete(model.poles, worst))
     return model
@@ -136,7 +136,7 @@ def reweighted(lines: Lines, model: ModalFit) -> Lines:
 
 
 def _smooth(values: FloatArray) -> FloatArray:
-    size = min(SMOOTHED, values.size // 4 * 2 + 1)
+    size = min(SMOOTHED_LINES, values.size // 4 * 2 + 1)
     padded = np.pad(values, size // 2, mode="reflect")
     return np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
 
@@ -160,7 +160,7 @@ def _grown(
             continue
         larger = np.append(model.poles, pole)
         gain = model.deviance - fit(lines, larger, 0).deviance
-        if gain < NEAR * price_of(lines):
+        if gain < LEAST_GAIN * price_of(lines):
             continue
         trial = fit(lines, larger, FEW_STEPS)
         if _is_better(lines, trial, model) and _sound(trial, band):
@@ -201,7 +201,7 @@ def distinct_poles(poles: ComplexArray) -> ComplexArray:
     """
     kept: list[complex] = []
     for pole in poles:
-        if all(abs(pole - one) > SAME * min(-pole.real, -one.real) for one in kept):
+        if all(abs(pole - one) > SAME_POLE * min(-pole.real, -one.real) for one in kept):
             kept.append(complex(pole))
     return np.array(kept, dtype=np.complex128)
 
@@ -237,7 +237,7 @@ def _pruned(lines: Lines, model: ModalFit, band: tuple[float, float]) -> ModalFi
         model = fit(lines, kept, FEW_STEPS)
     while model.poles.size:
         weakest = int(np.argmin(model.losses))
-        if model.losses[weakest] > FAR * price_of(lines):
+        if model.losses[weakest] > NEEDED_LOSS * price_of(lines):
             break  # far from needless: no search would make up for it
         smaller = fit(lines, np.delete(model.poles, weakest), FEW_STEPS)
         if _is_better(lines, model, smaller):
@@ -312,7 +312,7 @@ def confirmed(lines: Lines, model: ModalFit, parts: Sequence[Lines]) -> ModalFit
         fewer = fit(lines, np.delete(best.poles, weakest), FEW_STEPS)
         without = predicted_deviance(fewer.poles, driven, best.poles)
         gain = without - predicted_deviance(best.poles, driven, best.poles)
-        if chance_of(gain) > max(CHANCE, 0.5**gain.size):
+        if chance_of(gain) > max(FALSE_MODES, 0.5**gain.size):
             best, asked = fewer, []
     return best if best is model else fit(lines, best.poles)
 
@@ -339,7 +339,7 @@ def _next(
     np.fill_diagonal(spacing, np.inf)
     for mode in np.argsort(model.losses):
         other = int(np.argmin(spacing[mode]))
-        if spacing[mode, other] < REACH and complex(poles[mode]) not in asked:
+        if spacing[mode, other] < SAME_RESONANCE and complex(poles[mode]) not in asked:
             driven = _driven(parts, np.abs(poles[[mode, other]]) / (2.0 * np.pi))
             if len(driven) > 1:
                 return int(mode), driven
@@ -349,14 +349,14 @@ def _next(
 def _driven(parts: Sequence[Lines], pair: FloatArray) -> list[Lines]:
     """Return the parts whose input reaches both sides of a pair of modes [Hz]."""
     middle = float(pair.mean())
-    low, high = middle * (1.0 - REACH), middle * (1.0 + REACH)
+    low, high = middle * (1.0 - SAME_RESONANCE), middle * (1.0 + SAME_RESONANCE)
     power = np.zeros((len(parts), 2))
     for i, part in enumerate(parts):
         each = np.sum(np.abs(part.inputs) ** 2, axis=0)
         for k, (begin, end) in enumerate(((low, middle), (middle, high))):
             inside = (part.frequency >= begin) & (part.frequency <= end)
             power[i, k] = each[inside].mean() if inside.any() else 0.0
-    reached = (power > SHARE * power.max(axis=0, initial=0.0)).all(axis=1)
+    reached = (power > DRIVEN_SHARE * power.max(axis=0, initial=0.0)).all(axis=1)
     return [part for part, kept in zip(parts, reached, strict=True) if kept]
 
 

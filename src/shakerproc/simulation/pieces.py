@@ -15,13 +15,13 @@ from shakerproc.simulation.kernels.powers import chirp_pieces, through
 MARGIN: Final = 256
 """Samples by which a signal is led past either end, to 0."""
 
-ORDER: Final = 32
+PREDICTION_ORDER: Final = 32
 """Samples that a prediction looks back at."""
 
-LEARNT: Final = 512
+PREDICTION_SAMPLES: Final = 512
 """Samples near an end that a prediction is fitted to."""
 
-FIRST: Final = 20
+PREDICTED_ENDS: Final = 20
 """Samples at either end whose interpolation rests on what was predicted."""
 
 _SMOOTH: Final = 24.0  # shape of the Kaiser window that leads to 0: what it leaks is rounding
@@ -108,7 +108,10 @@ def led_past_its_ends(samples: FloatArray) -> FloatArray:
     """
     window = np.cumsum(np.kaiser(2 * MARGIN + 1, _SMOOTH))
     fall = 1.0 - window[1::2] / window[-1]
-    ends = np.stack((samples[..., :LEARNT][..., ::-1], samples[..., -LEARNT:]))
+    ends = np.stack((
+        samples[..., :PREDICTION_SAMPLES][..., ::-1],
+        samples[..., -PREDICTION_SAMPLES:],
+    ))
     before, after = _predicted(ends) * fall
     return np.concatenate((before[..., ::-1], samples, after), axis=-1)
 
@@ -145,11 +148,14 @@ def interpolation_error(
         steps = np.arange(-earlier * upsample, (length - 1) * upsample)
         halves = 0.5 ** np.arange(pieces.shape[1])
         found = pieces[cuts[:, None] * upsample + steps] @ halves
-        edge = min(FIRST, earlier) * upsample
+        edge = min(PREDICTED_ENDS, earlier) * upsample
         missed = np.abs(found - exact[:, 1::2])[:, edge : steps.size - edge]
         middle = float(np.max(missed, initial=0.0))
     begun = _error_of_beginnings(samples[places[:, earlier:]], exact, earlier)
-    ends = max(float(np.max(np.abs(part))) for part in (samples[:FIRST], samples[-FIRST:]))
+    ends = max(
+        float(np.max(np.abs(part)))
+        for part in (samples[:PREDICTED_ENDS], samples[-PREDICTED_ENDS:])
+    )
     return InterpolationError(max(begun * ends, middle) / largest, middle / largest)
 
 
@@ -166,9 +172,9 @@ def _error_of_beginnings(stretches: FloatArray, exact: FloatArray, earlier: int)
         How many were kept back.
     """
     parts = (exact.shape[1] - 1) // (stretches.shape[1] + earlier - 1)
-    alone = finer(stretches, parts, 0)[0][:, : FIRST * parts]
+    alone = finer(stretches, parts, 0)[0][:, : PREDICTED_ENDS * parts]
     known = exact[:, earlier * parts :][:, : alone.shape[1]]
-    sizes = np.max(np.abs(stretches[:, :FIRST]), axis=1)
+    sizes = np.max(np.abs(stretches[:, :PREDICTED_ENDS]), axis=1)
     apart = np.max(np.abs(alone - known), axis=1)
     return float(np.max(apart[sizes > 0.0] / sizes[sizes > 0.0], initial=0.0))
 
@@ -189,7 +195,7 @@ def _predicted(samples: FloatArray) -> FloatArray:
     rows = samples.reshape(-1, samples.shape[-1])
     found = np.zeros((len(rows), MARGIN))
     for row, weights, ahead in zip(
-        rows, _burg(rows, min(ORDER, rows.shape[1] // 2)), found, strict=True
+        rows, _burg(rows, min(PREDICTION_ORDER, rows.shape[1] // 2)), found, strict=True
     ):
         state = scipy.signal.lfiltic([1.0], weights, row[: -weights.size : -1])
         ahead[:] = scipy.signal.lfilter([1.0], weights, ahead, zi=state)[0]

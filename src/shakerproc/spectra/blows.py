@@ -21,19 +21,19 @@ LEAST_QUIET: Final = 8
 """Samples before a blow from which on their standard deviation is taken for the noise [-]: that
 of eight is known to a quarter, 1/sqrt(2 (n - 1)), the one of two to nothing."""
 
-RISE: Final = 6.0
+RESPONSE_RISE: Final = 6.0
 """Standard deviations of the motion before a blow above which a channel responds [-]."""
 
-SECOND: Final = 0.05
+DOUBLE_HIT: Final = 0.05
 """Share of the largest force of a blow from which on a second pulse is a double hit [-]."""
 
-SOON: Final = 0.25
+RESPONSE_PART: Final = 0.25
 """Share of a block after a blow in which a channel responds, if it does [-]."""
 
-LAST: Final = 0.05
+DECAYED_PART: Final = 0.05
 """Share of a block at its end in which is read how far the response has decayed [-]."""
 
-ALARMS: Final = 1000
+FALSE_ALARM_BLOWS: Final = 1000
 """Blows of which one quiet part is said to ring although it holds noise alone [-]."""
 
 
@@ -300,13 +300,15 @@ def impulse_share(row: FloatArray) -> float:
 def _pulse(force: FloatArray, setup: Setup) -> slice:
     """Return where the pulse of a blow lies in its block.
 
-    It lasts while the force is above `SECOND` of its largest value and above the noise.
+    It lasts while the force is above `DOUBLE_HIT` of its largest value and above the noise.
     """
     trigger = setup.cut.before
     under = np.flatnonzero(force[trigger:] < 0.5 * setup.strikes.level)
     end = trigger + int(under[0]) if under.size else force.size
     top = trigger + int(np.argmax(force[trigger:end]))
-    below = np.flatnonzero(force <= max(SECOND * float(force[top]), LOUD * setup.strikes.noise))
+    below = np.flatnonzero(
+        force <= max(DOUBLE_HIT * float(force[top]), LOUD * setup.strikes.noise)
+    )
     place = int(np.searchsorted(below, top))
     first = int(below[place - 1]) + 1 if place else 0
     return slice(first, int(below[place]) if place < below.size else force.size)
@@ -315,7 +317,7 @@ def _pulse(force: FloatArray, setup: Setup) -> slice:
 def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
     """Return the message on a second strike within a block; empty where there is none."""
     peak = float(force[pulse].max())
-    low = max(SECOND * peak, LOUD * setup.strikes.noise)
+    low = max(DOUBLE_HIT * peak, LOUD * setup.strikes.noise)
     for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
         if part.size and part.max() > low:
             at = start + int(np.argmax(part))
@@ -348,15 +350,15 @@ def _residual_share(row: FloatArray, begins: int, quiet: int, rest: float) -> fl
     """
     off = row - row[: max(quiet, 1)].mean()
     before = float(row[:quiet].std(ddof=1)) if quiet >= LEAST_QUIET else 0.0
-    soon = begins + max(int(SOON * row.size), 1)
+    soon = begins + max(int(RESPONSE_PART * row.size), 1)
     rings = quiet >= LEAST_QUIET and before**2 > _most(quiet) * rest**2
-    if float(np.abs(off[begins:soon]).max()) <= RISE * before and not rings:
+    if float(np.abs(off[begins:soon]).max()) <= RESPONSE_RISE * before and not rings:
         return None
-    end = off[-max(int(LAST * row.size), 1) :]
+    end = off[-max(int(DECAYED_PART * row.size), 1) :]
     power = float(np.mean(end**2)) - rest**2
     return float(np.sqrt(max(power, 0.0))) / float(np.abs(off[begins:]).max())
 
 
 def _most(n: int) -> float:
-    """Return the ratio of variances of n samples each that chance makes once in `ALARMS`."""
-    return float(scipy.special.fdtri(n - 1, n - 1, 1.0 - 1.0 / ALARMS))
+    """Return the ratio of variances of n samples that chance makes once in so many blows."""
+    return float(scipy.special.fdtri(n - 1, n - 1, 1.0 - 1.0 / FALSE_ALARM_BLOWS))

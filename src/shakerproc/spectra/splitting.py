@@ -11,35 +11,35 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 
-MOST: Final = 2000
+MOST_STRETCHES: Final = 2000
 """Stretches at most among which changes are sought."""
 
-DEAR: Final = 3.0
+COST_OF_CHANGE: Final = 3.0
 """What a change costs, over the logarithm of the number of stretches, for every number that it
 adds [-]: on noise the best change of a channel gains less than 2."""
 
-GROUPS: Final = 20
+TREND_GROUPS: Final = 20
 """Mean squares that the test for a trend takes from a part [-]."""
 
-CHANCE: Final = 0.01
+FALSE_TRENDS: Final = 0.01
 """Share of steady parts that are said to have a trend [-]."""
 
-AROUND: Final = 10.0
+BACKGROUND_TIME: Final = 10.0
 """Time over which the median tells the vibration around a cell [s]: shocks fill less than half
 of it, and a step of the level moves it at once."""
 
-BESIDE: Final = 0.5
+BACKGROUND_SIDES: Final = 0.5
 """Time to either side whose vibration counts as well [s]: the median of a cell beside a step of
 the level is that of the quietest cells of the louder side.
 """
 
-OVER: Final = 2.0
+SHOCK_END: Final = 2.0
 """Rms of a cell, over the vibration around it, down to which a shock has not ended yet [-]."""
 
-APART: Final = 0.1
+LEAST_QUIET: Final = 0.1
 """Quiet that two shocks have between them at least [s]; with less they are one."""
 
-FAINT: Final = 1e-3
+LEAST_PEAK: Final = 1e-3
 """Share of the largest peak of a channel, 60 dB below it, that is no shock in any case [-]."""
 
 CELL: Final = 0.02
@@ -159,7 +159,7 @@ def _partitioned(scaled: FloatArray) -> list[int]:
     channels, n = scaled.shape
     sums = np.concatenate([np.zeros((channels, 1)), np.cumsum(scaled, axis=1)], axis=1)
     squares = np.concatenate([[0.0], np.cumsum(np.sum(scaled**2, axis=0))])
-    price = DEAR * (channels + 1) * np.log(n)
+    price = COST_OF_CHANGE * (channels + 1) * np.log(n)
     best, before = np.full(n + 1, -price), np.zeros(n + 1, dtype=np.int64)
     for end in range(1, n + 1):
         starts = np.arange(end)
@@ -201,8 +201,8 @@ def arrangements(values: FloatArray) -> int:
 def has_trend(mean_square: FloatArray, known: NDArray[np.bool_]) -> bool:
     """Return whether the level of a part rises or falls by more than chance.
 
-    By reverse arrangements of `GROUPS` mean squares, from the front and from the back, so that
-    equal ones speak for neither; a part with fewer cells has none.
+    By reverse arrangements of `TREND_GROUPS` mean squares, from the front and from the back, so
+    that equal ones speak for neither; a part with fewer cells has none.
 
     Parameters
     ----------
@@ -217,13 +217,13 @@ def has_trend(mean_square: FloatArray, known: NDArray[np.bool_]) -> bool:
        table A.6.
     """
     kept = mean_square[:, known]
-    if kept.shape[1] < GROUPS:
+    if kept.shape[1] < TREND_GROUPS:
         return False
-    edges = np.arange(GROUPS) * kept.shape[1] // GROUPS
+    edges = np.arange(TREND_GROUPS) * kept.shape[1] // TREND_GROUPS
     sizes = np.diff(np.append(edges, kept.shape[1]))
     means = np.add.reduceat(kept, edges, axis=1) / sizes
-    spread = np.sqrt(GROUPS * (2 * GROUPS + 5) * (GROUPS - 1) / 72.0)
-    far = float(scipy.special.ndtri(1.0 - 0.5 * CHANCE / len(means))) * spread
+    spread = np.sqrt(TREND_GROUPS * (2 * TREND_GROUPS + 5) * (TREND_GROUPS - 1) / 72.0)
+    far = float(scipy.special.ndtri(1.0 - 0.5 * FALSE_TRENDS / len(means))) * spread
     return any(abs(arrangements(row) - arrangements(row[::-1])) > 2.0 * far for row in means)
 
 
@@ -250,11 +250,12 @@ class ShockRule:
 def background(cells: Cells) -> FloatArray:
     """Return the rms of the vibration around each cell, (n_channels, n_cells) [unit].
 
-    The median over `AROUND`, which shocks do not move, the largest of those `BESIDE`.
+    The median over `BACKGROUND_TIME`, which shocks do not move, the largest of those within
+    `BACKGROUND_SIDES`.
     """
-    size = min(round(AROUND / cells.seconds) | 1, (2 * cells.count - 1) | 1)
+    size = min(round(BACKGROUND_TIME / cells.seconds) | 1, (2 * cells.count - 1) | 1)
     median = scipy.ndimage.median_filter(cells.mean_square, (1, size), mode="nearest")
-    beside = 2 * round(BESIDE / cells.seconds) + 1
+    beside = 2 * round(BACKGROUND_SIDES / cells.seconds) + 1
     widened = scipy.ndimage.maximum_filter(median, (1, beside), mode="nearest")
     return np.sqrt(np.asarray(widened, dtype=np.float64))
 
@@ -262,18 +263,18 @@ def background(cells: Cells) -> FloatArray:
 def shocks_of(cells: Cells, rule: ShockRule) -> list[tuple[int, int]]:
     """Return the shocks of a record, first cell and the cell after the last.
 
-    A shock begins and ends where no channel is more than `OVER` times the vibration around it,
-    and holds a peak that is one by `rule`; a cell on either side belongs to it. What lasts
+    A shock begins and ends where no channel is more than `SHOCK_END` times the vibration around
+    it, and holds a peak that is one by `rule`; a cell on either side belongs to it. What lasts
     longer than the rule allows is none.
     """
     around = background(cells)
-    floor = FAINT * cells.peak.max(axis=1, keepdims=True)
+    floor = LEAST_PEAK * cells.peak.max(axis=1, keepdims=True)
     high = cells.peak >= np.maximum(np.maximum(rule.crest * around, floor), rule.least)
     high &= cells.peak > 0.0
     rms = np.sqrt(cells.mean_square)
-    beyond = (rms > np.maximum(OVER * around, 0.5 * floor)) | high
+    beyond = (rms > np.maximum(SHOCK_END * around, 0.5 * floor)) | high
     peaks = high.any(axis=0)
-    joined = _closed(beyond.any(axis=0), round(APART / cells.seconds))
+    joined = _closed(beyond.any(axis=0), round(LEAST_QUIET / cells.seconds))
     most = max(1, round(rule.longest / cells.seconds))
     return [
         (max(first - 1, 0), min(stop + 1, cells.count))
@@ -363,7 +364,7 @@ def _kind(
 def _ends(cells: Cells, calm: NDArray[np.bool_], step: float) -> list[int]:
     """Return the cells at which the level changes, with both ends of the record."""
     least = round(STRETCH / cells.seconds)
-    together = max(1, least, -(-cells.count // MOST))
+    together = max(1, least, -(-cells.count // MOST_STRETCHES))
     starts = np.arange(0, max(1, cells.count - together + 1), together)
     number = np.add.reduceat(calm.astype(np.float64), starts)
     energy = np.add.reduceat(cells.mean_square * calm, starts, axis=1)

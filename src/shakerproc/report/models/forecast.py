@@ -16,7 +16,7 @@ from shakerproc.forecasts.document import (
 )
 from shakerproc.forecasts.levels import raised_level_text
 from shakerproc.forecasts.model_error import LastStep
-from shakerproc.forecasts.notches import WRITTEN, profile_of_test
+from shakerproc.forecasts.notches import PROFILE_UNITS, profile_of_test
 from shakerproc.forecasts.quantities import UncertainQuantity
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
@@ -45,7 +45,7 @@ def profile_figure(one: TestForecast) -> Figure | None:
         return None
     test = one.planned.test
     planned = profile_of_test(test)
-    unit, scale, _ = WRITTEN[planned.unit]
+    unit, scale, _ = PROFILE_UNITS[planned.unit]
     low, high = one.planned.excited
     curves = []
     for label, profile, style in (

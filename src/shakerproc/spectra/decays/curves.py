@@ -27,7 +27,7 @@ from shakerproc.spectra.decays.readings import (
     read_envelope,
 )
 
-FALL: Final = 0.7
+FALL_OF_STRETCH: Final = 0.7
 """Amplitude at the end of a stretch over that at its start [-]: about seven stretches of their
 own in a decade of amplitude."""
 
@@ -35,29 +35,29 @@ LEAST_STRETCHES: Final = 2
 """Stretches that a curve has at least [-]: a single reading has nothing that confirms it, and
 two modes too close to tell apart give one that is wrong."""
 
-NOISY: Final = 0.1
+MOST_NOISE: Final = 0.1
 """Rms of the noise over the amplitude from which on a stretch is not read, 20 dB [-]: below,
 peaks are too high by half its square, 0.5 %, and less."""
 
 LEAST_READINGS: Final = 5
 """Readings that a trend needs at least [-]: three beyond a constant and a power."""
 
-SHARED: Final = 2.0
+SHARED_SCATTER: Final = 2.0
 """How much of the scatter is left out as each reading shares half its stretch with the one
 before [-]: as if every other reading were."""
 
-SURE: Final = 0.99
+TREND_CONFIDENCE: Final = 0.99
 """Probability that chance shows no trend [-]: of a hundred decays of a linear structure one
 does."""
 
-EXPLAINED: Final = 0.98
+EXPLAINED_SHARE: Final = 0.98
 """Share of the change of damping that a law explains at least to be named [-]."""
 
-MUCH: Final = 1.3
+LEAST_FACTOR: Final = 1.3
 """Least factor between the smallest and the largest damping of which a law is named [-]: a gap
 or a cubic spring changes the ratio by less with no damping of its own."""
 
-FLOOR: Final = 0.02
+LAW_ERROR: Final = 0.02
 """Error of a damping beside its interval when laws are compared, over its value [-]: laws of
 smooth curves are known no better."""
 
@@ -123,7 +123,7 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
     stretches = list(_stretches(envelope, least))
     for start, stop in stretches:
         one, other = read_envelope(envelope, start, stop), read_chart(chart, start, stop)
-        if one is None or other is None or one.noise > NOISY:
+        if one is None or other is None or one.noise > MOST_NOISE:
             break
         fitted.append(one)
         charted.append(other)
@@ -138,7 +138,7 @@ def decay_curve(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
 
 
 def _stretches(envelope: DecayEnvelope, least: float) -> Iterator[tuple[float, float]]:
-    """Yield stretches over which the amplitude falls to `FALL`, each half over the last.
+    """Yield stretches over which the amplitude falls to a share, each half over the last.
 
     None is shorter than `least` [s]. An amplitude that comes back, as of two modes that beat,
     counts where it is passed first.
@@ -150,7 +150,9 @@ def _stretches(envelope: DecayEnvelope, least: float) -> Iterator[tuple[float, f
     start = int(np.argmax(amplitude))
     lowest = np.minimum.accumulate(amplitude[start:])
     while start + fewest < time.size:
-        below = start + np.flatnonzero(lowest[start - time.size :] < FALL * amplitude[start])
+        below = start + np.flatnonzero(
+            lowest[start - time.size :] < FALL_OF_STRETCH * amplitude[start]
+        )
         stop = max(int(below[0]) if below.size else time.size - 1, start + fewest)
         yield float(time[start]), float(time[stop])
         if not below.size:
@@ -222,9 +224,9 @@ def trend_of(
     if len(used) < LEAST_READINGS:
         return None
     amplitude, frequency, damping, frequency_error, damping_error = columns_of(used)
-    floor = FLOOR * damping
+    floor = LAW_ERROR * damping
     exponent = float(np.polyfit(np.log(amplitude), np.log(damping), 1)[0])
-    least = (MUCH - 1.0) * float(damping.min())
+    least = (LEAST_FACTOR - 1.0) * float(damping.min())
     if base is not None:
         frequency = frequency / base.frequency
         frequency_error = (frequency_error + base.frequency_error) / base.frequency
@@ -288,8 +290,8 @@ def _changes(values: FloatArray, errors: FloatArray) -> bool:
     """Return whether values differ by more than half their 95 % intervals allow."""
     weights = (1.96 / errors) ** 2
     mean = float(weights @ values / weights.sum())
-    scatter = float(weights @ (values - mean) ** 2) / SHARED
-    return scatter > float(scipy.special.chdtri(values.size - 1, 1.0 - SURE))
+    scatter = float(weights @ (values - mean) ** 2) / SHARED_SCATTER
+    return scatter > float(scipy.special.chdtri(values.size - 1, 1.0 - TREND_CONFIDENCE))
 
 
 def _law(amplitude: FloatArray, damping: FloatArray, errors: FloatArray) -> int:
@@ -305,4 +307,4 @@ def _law(amplitude: FloatArray, damping: FloatArray, errors: FloatArray) -> int:
         left = float(weights @ (damping - design @ found) ** 2)
         explained[power] = 1.0 - left / whole if found[1] > 0.0 else 0.0
     best = max(explained, key=lambda power: explained[power])
-    return best if explained[best] >= EXPLAINED else 0
+    return best if explained[best] >= EXPLAINED_SHARE else 0

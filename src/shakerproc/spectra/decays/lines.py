@@ -9,18 +9,18 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.decays.isolation import PASS, DecayLine, never_grows
+from shakerproc.spectra.decays.isolation import PASS_EDGE, DecayLine, never_grows
 from shakerproc.spectra.responses.masks import excited
 from shakerproc.spectra.strikes import LOUD, NORMAL
 
-DRIVEN: Final = 0.05
+DRIVE_FLOOR: Final = 0.05
 """Share of the largest input below which it drives no more [-]: what a hammer or a table rings
 with after a pulse."""
 
-FREE: Final = 0.05
+LEAST_FREE_PART: Final = 0.05
 """Share of a run that its free part lasts at least [-]: less is the end of a test, no decay."""
 
-PROMINENT: Final = 2.0
+LEAST_PROMINENCE: Final = 2.0
 """How far a line stands above the spectrum on both its sides, as a factor, 6 dB [-]: a
 resonance that is no shoulder of another."""
 
@@ -28,15 +28,15 @@ ABOVE_NOISE: Final = 6.0
 """Multiples of the rms of a line of noise by which a line stands above both its sides at least
 [-]: of 10^6 lines of white noise, whose magnitudes follow Rayleigh's law, none is as tall."""
 
-FAINT: Final = 1e-3
+LEAST_HEIGHT: Final = 1e-3
 """Share of the tallest line of its channel in the band below which a line is left out, 60 dB
 [-]."""
 
-SHIFT: Final = 0.3
+MOST_SHIFT: Final = 0.3
 """Share of its frequency over which the lines of one mode may spread [-]: a gap or a cubic
 spring shifts a mode as far in one decay."""
 
-TAIL: Final = 0.1
+NOISE_TAIL: Final = 0.1
 """Share of a decay at its end that tells its noise, where nothing lies before it [-]."""
 
 
@@ -54,7 +54,7 @@ def free_start(samples: FloatArray, inputs: FloatArray) -> int:
     Raises
     ------
     SpectrumError
-        If less than `FREE` of the run is left.
+        If less than `LEAST_FREE_PART` of the run is left.
     """
     n_samples = samples.shape[1]
     if inputs.shape[0]:
@@ -67,7 +67,7 @@ def free_start(samples: FloatArray, inputs: FloatArray) -> int:
         starts = [int(np.argmax(shares.sum(axis=0))) + 1]
         why = "the largest motion is at its end, and no channel is an input"
     start = max(starts)
-    if start > (1.0 - FREE) * n_samples:
+    if start > (1.0 - LEAST_FREE_PART) * n_samples:
         raise SpectrumError(
             f"no free part: {why}; record until the motion has died away, give the input the "
             "role force or control and what is none another, or crop: {from: ..., to: ...}"
@@ -82,7 +82,7 @@ def _at_rest(row: FloatArray) -> int:
     largest = float(size.max())
     if largest <= noise:
         return row.size
-    return int(np.flatnonzero(size > max(DRIVEN * largest, noise))[-1]) + 1
+    return int(np.flatnonzero(size > max(DRIVE_FLOOR * largest, noise))[-1]) + 1
 
 
 def decay_lines(
@@ -109,9 +109,11 @@ def decay_lines(
         How many at most, the tallest over the noise; by default all.
     """
     n_samples = samples.shape[1]
-    rest = samples - samples[:, -max(int(TAIL * n_samples), 1) :].mean(axis=1, keepdims=True)
+    rest = samples - samples[:, -max(int(NOISE_TAIL * n_samples), 1) :].mean(
+        axis=1, keepdims=True
+    )
     if noise is None:
-        noise = rest[:, -max(int(TAIL * n_samples), 2) :].std(axis=1)
+        noise = rest[:, -max(int(NOISE_TAIL * n_samples), 2) :].std(axis=1)
     taper = 0.5 + 0.5 * np.cos(np.pi * np.arange(n_samples) / n_samples)
     n_fft = 2 * scipy.fft.next_fast_len(n_samples)
     magnitude: FloatArray = np.abs(np.fft.rfft(rest * taper, n_fft))
@@ -120,7 +122,7 @@ def decay_lines(
     over = magnitude / np.where(of_noise > 0.0, of_noise, magnitude.max() * 1e-12)
     score = over.max(axis=0)
     level = 20.0 * np.log10(np.maximum(score, 1e-300))
-    places, _ = scipy.signal.find_peaks(level, prominence=20.0 * np.log10(PROMINENT))
+    places, _ = scipy.signal.find_peaks(level, prominence=20.0 * np.log10(LEAST_PROMINENCE))
     beside, *_ = scipy.signal.peak_prominences(score, places)
     places = places[beside > ABOVE_NOISE]
     alone = [
@@ -132,7 +134,7 @@ def decay_lines(
     kept = [
         one
         for one in groups
-        if band[0] <= one.frequency <= band[1] and (one.heights > FAINT * tallest).any()
+        if band[0] <= one.frequency <= band[1] and (one.heights > LEAST_HEIGHT * tallest).any()
     ]
     if count is not None:
         strongest = sorted(kept, key=lambda one: -float(one.over.max()))[:count]
@@ -161,13 +163,13 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_ModeLines]) -> li
     while alone:
         last = max(
             i for i, one in enumerate(alone)
-            if one.frequency - alone[0].frequency <= SHIFT * alone[0].frequency
+            if one.frequency - alone[0].frequency <= MOST_SHIFT * alone[0].frequency
         )  # fmt: skip
         while last > 0:
             joined = _joined(alone[: last + 1])
             row = int(np.argmax(joined.over))
             line = _line(joined, [*found, joined, *alone[last + 1 :]], 0.5 * sample_rate)
-            if joined.span <= 2.0 * PASS * line.apart and never_grows(
+            if joined.span <= 2.0 * PASS_EDGE * line.apart and never_grows(
                 rest[row], sample_rate, line
             ):
                 break
@@ -196,7 +198,7 @@ def _line(own: _ModeLines, groups: Sequence[_ModeLines], highest: float) -> Deca
             float(one.heights[row] / own.heights[row]),
         )
         for one in groups
-        if one is not own and one.heights[row] > FAINT * own.heights[row]
+        if one is not own and one.heights[row] > LEAST_HEIGHT * own.heights[row]
     ]
     apart = min(distance for distance, _ in others)
     ratio = max(tall * apart / distance for distance, tall in others)

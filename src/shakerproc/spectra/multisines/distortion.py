@@ -16,13 +16,13 @@ T = TypeVar("T", FloatArray, ComplexArray)
 Kind: TypeAlias = Literal["even", "odd", "all"]
 """Even and odd distortion, of lines that are not excited; all of it, from realisations."""
 
-BLOCK: Final = 8
+LINES_OF_BLOCK: Final = 8
 """Neighbouring lines of one kind that are judged together [-]."""
 
-CHANCE: Final = 0.01
+FALSE_DISTORTION: Final = 0.01
 """Probability that noise alone shows as distortion anywhere in a curve [-]."""
 
-LIMIT: Final = 2.0
+LIMIT_DEVIATIONS: Final = 2.0
 """Deviations by which the limit of a share lies above it [-]."""
 
 
@@ -236,8 +236,8 @@ def _share(
     seen, quiet = np.maximum(power[lines], noise[lines]), noise[lines]
     spread = np.sum(count * (2.0 * seen - quiet) * quiet)
     spread += np.sum((count * quiet) ** 2) / noisy if known else 0.0
-    limit = value + LIMIT * float(np.sqrt(spread)) / float(count.sum())
-    blocks = np.array_split(lines, max(1, lines.size // BLOCK))
+    limit = value + LIMIT_DEVIATIONS * float(np.sqrt(spread)) / float(count.sum())
+    blocks = np.array_split(lines, max(1, lines.size // LINES_OF_BLOCK))
     share, place, stands = [], [], []
     for block in blocks:
         near = excited[np.argsort(np.abs(excited - block.mean()))[: block.size]]
@@ -247,7 +247,9 @@ def _share(
         place.append(float(spectra.grid.frequency[block].mean()))
         stands.append(
             known
-            and _exceeds_noise(power[block], noise[block], (each, noisy), CHANCE / len(blocks))
+            and _exceeds_noise(
+                power[block], noise[block], (each, noisy), FALSE_DISTORTION / len(blocks)
+            )
         )
     top = int(np.argmax(np.where(stands, share, -1.0)))
     any_stands = bool(np.any(stands))

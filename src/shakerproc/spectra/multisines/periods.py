@@ -11,44 +11,44 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 
-WHOLE: Final = 0.01
+PERIOD_ROUNDING: Final = 0.01
 """By how many samples a period may miss a whole number: it is written in so many digits [-]."""
 
-SHORTEST: Final = 8
+SHORTEST_PERIOD: Final = 8
 """Samples that a period has at least [-]."""
 
-TRANSIENT: Final = 2.0
+TRANSIENT_POWER: Final = 2.0
 """Power of the difference of two periods over that of later ones from which on the first of
 the two is taken for a transient [-]: noise over a hundred lines rarely varies by as much."""
 
-ROUNDING: Final = 1e-16
+ROUNDING_POWER: Final = 1e-16
 """Power of a difference over that of the signal below which it is that of numbers [-]."""
 
-DIFFERENT: Final = 0.1
+UNREPEATED_POWER: Final = 0.1
 """Power of the noise of the input over its own from which on its periods do not repeat [-]."""
 
-ALIKE: Final = 0.99
+REPEATED_CORRELATION: Final = 0.99
 """Correlation from which on two stretches of an input are the same [-]."""
 
-REACH: Final = 10
+LINE_REACH: Final = 10
 """Lines to each side among which an excited one is looked for [-]: of four odd lines one is
 left out at random, so that eight lines hold some."""
 
-STANDS: Final = 0.2
+LEAST_OF_NEIGHBOURS: Final = 0.2
 """Amplitude of an excited line over the largest near it, at least [-]: a force falls less than
 that within a few lines, and what is not excited lies below in a shaker that is fit for this."""
 
-LOWEST: Final = 0.01
+LEAST_OF_ALL: Final = 0.01
 """The same over the largest of all lines [-]."""
 
-STRAY: Final = 0.05
+STRAY_EVEN_LINES: Final = 0.05
 """Share of even lines among those that seem excited up to which they are disturbances, such as
 mains hum, and the multisine is odd [-]."""
 
-NOISES: Final = 5.0
+LEAST_OVER_NOISE: Final = 5.0
 """Amplitude of an excited line over the deviation of its mean, at least [-]."""
 
-FEWEST: Final = 4
+FEWEST_LINES: Final = 4
 """Excited lines of a realisation, at least [-]."""
 
 
@@ -133,12 +133,12 @@ def samples_of_period(period: float, sample_rate: float) -> int:
     """
     exact = period * sample_rate
     n_period = round(exact)
-    if abs(exact - n_period) > WHOLE or n_period < SHORTEST:
+    if abs(exact - n_period) > PERIOD_ROUNDING or n_period < SHORTEST_PERIOD:
         raise SpectrumError(
             f"a period of {period:.9g} s is {exact:.9g} samples at {sample_rate:.9g} Hz, and a "
-            f"whole number from {SHORTEST} on is needed; write "
-            f"{max(n_period, SHORTEST) / sample_rate:.9g} s if it was that, else record with "
-            "the clock of the generator, or resample"
+            f"whole number from {SHORTEST_PERIOD} on is needed; write "
+            f"{max(n_period, SHORTEST_PERIOD) / sample_rate:.9g} s if it was that, else record "
+            "with the clock of the generator, or resample"
         )
     return n_period
 
@@ -176,7 +176,7 @@ def transient_periods(lines: ComplexArray) -> int:
     changes = np.sum(np.abs(np.diff(lines, axis=2)) ** 2, axis=(1, 3))
     power = np.sum(np.abs(lines[:, :, -1]) ** 2, axis=(1, 2))
     usual = np.median(changes[:, changes.shape[1] // 2 :], axis=1)
-    limit = TRANSIENT * usual + ROUNDING * power
+    limit = TRANSIENT_POWER * usual + ROUNDING_POWER * power
     odd = np.any(changes > limit[:, np.newaxis], axis=0)
     return int(np.argmin(odd)) if not odd.all() else 0
 
@@ -205,7 +205,7 @@ def check_input(samples: FloatArray, layout: PeriodLayout, sample_rate: float) -
         raise SpectrumError("the input does not move; correct its role in the log")
     if periods.shape[1] > 1:
         noise = float(np.mean(np.diff(periods, axis=1) ** 2)) / 2.0
-        if noise > DIFFERENT * power:
+        if noise > UNREPEATED_POWER * power:
             raise SpectrumError(
                 f"the periods do not repeat: successive ones of the input differ by "
                 f"{100.0 * np.sqrt(2.0 * noise / power):.0f} % of its rms; "
@@ -214,7 +214,7 @@ def check_input(samples: FloatArray, layout: PeriodLayout, sample_rate: float) -
     means = periods.mean(axis=1)
     size = np.sqrt(np.sum(means**2, axis=1))
     for m in range(1, len(means)):
-        if means[m] @ means[m - 1] > ALIKE * size[m] * size[m - 1]:
+        if means[m] @ means[m - 1] > REPEATED_CORRELATION * size[m] * size[m - 1]:
             raise SpectrumError(
                 f"realisations {m} and {m + 1} have the same phases: they are periods of one; "
                 "correct periods and realisations under multisine"
@@ -229,7 +229,7 @@ def _repeats(samples: FloatArray, sample_rate: float) -> str:
     products = np.fft.irfft(np.abs(spectrum) ** 2, 2 * n)[:n]
     energy = np.cumsum(centred**2)
     common = np.sqrt(energy[::-1] * np.maximum(energy[-1] - np.append(0.0, energy[:-1]), 0.0))
-    alike = products[: 2 * n // 3] > (1.0 - DIFFERENT) * common[: 2 * n // 3]
+    alike = products[: 2 * n // 3] > (1.0 - UNREPEATED_POWER) * common[: 2 * n // 3]
     apart = np.flatnonzero(~alike)
     again = np.flatnonzero(alike[apart[0] :]) if apart.size else np.zeros(0, int)
     if not again.size:
@@ -325,19 +325,19 @@ def grid_of(
     inside &= number * spacing <= band[1] * (1.0 + 1e-9)
     each = np.abs(lines.mean(axis=1)) * inside
     largest = each.max(axis=0)
-    around = scipy.ndimage.maximum_filter1d(largest, 2 * REACH + 1, mode="constant")
-    suspected = inside & (largest > STANDS * around)
-    suspected &= largest > LOWEST * largest.max(initial=0.0)
-    excited = suspected & (each > STANDS * largest)
+    around = scipy.ndimage.maximum_filter1d(largest, 2 * LINE_REACH + 1, mode="constant")
+    suspected = inside & (largest > LEAST_OF_NEIGHBOURS * around)
+    suspected &= largest > LEAST_OF_ALL * largest.max(initial=0.0)
+    excited = suspected & (each > LEAST_OF_NEIGHBOURS * largest)
     if lines.shape[1] > 1:
         power = np.mean(np.var(lines, axis=1, ddof=1), axis=0)
-        excited &= each > NOISES * np.sqrt(power / lines.shape[1])
+        excited &= each > LEAST_OVER_NOISE * np.sqrt(power / lines.shape[1])
     somewhere = excited.any(axis=0)
-    if np.sum(somewhere & (number % 2 == 0)) <= STRAY * np.sum(somewhere):
+    if np.sum(somewhere & (number % 2 == 0)) <= STRAY_EVEN_LINES * np.sum(somewhere):
         excited &= number % 2 == 1
     fewest = int(np.argmin(excited.sum(axis=1)))
     found = int(excited[fewest].sum())
-    if found < FEWEST:
+    if found < FEWEST_LINES:
         whose = f" in realisation {fewest + 1}" if len(excited) > 1 else ""
         raise SpectrumError(
             f"only {found} lines of the input are excited{whose} from {numeral(band[0], 4)} to "

@@ -27,16 +27,16 @@ from shakerproc.spectra.welch.windows import (
 REACH_BINS: Final = 6
 """Bins to each side of a peak that are fitted at least."""
 
-FURTHEST: Final = 64
+MOST_BINS: Final = 64
 """Bins to each side of a peak that are fitted at most."""
 
 LEAST_BINS: Final = 7
 """Bins below which six or eight unknowns are too many."""
 
-SEEN: Final = 400
+NEIGHBOUR_BINS: Final = 400
 """Bins to each side of a peak in which its neighbours are looked for."""
 
-BENT: Final = 0.3
+MOST_BIAS: Final = 0.3
 """Bias in standard errors that is let stand [-]: it costs a 95 % interval 1 % of its coverage,
 P(|z + 0.3| < 1.96) = 0.94."""
 
@@ -46,7 +46,7 @@ MOST_MODES: Final = 6
 FIRST_RATIOS: Final = np.geomspace(2e-4, 0.3, 13)
 """Damping ratios tried before the search [-]."""
 
-UNSTEADY: Final = 3.0
+UNSTEADY_DEVIATIONS: Final = 3.0
 """Standard deviations by which fewer segments light a bin than random vibration lights."""
 
 
@@ -79,8 +79,8 @@ def smoothing_of(power: FloatArray, data: PeakData, place: float) -> int:
 
 def maxima_around(data: PeakData, usable: NDArray[np.bool_], place: float) -> IndexArray:
     """Return the peaks around a place that chance does not make. `place` counts bins [-]."""
-    low = max(0, int(place) - SEEN)
-    part = slice(low, int(place) + SEEN + 1)
+    low = max(0, int(place) - NEIGHBOUR_BINS)
+    part = slice(low, int(place) + NEIGHBOUR_BINS + 1)
     height = np.where(usable[part], np.abs(data.values[part]), np.nan)
     share = np.full(height.shape, np.nan)
     np.divide(data.errors[part], height, out=share, where=height > 0.0)
@@ -92,7 +92,7 @@ def nearest_peak(maxima: IndexArray, power: FloatArray, place: float) -> int:
 
     `power` may be in any unit, `place` counts bins [-].
     """
-    near = maxima[np.abs(maxima - place) <= SEEN / 4]
+    near = maxima[np.abs(maxima - place) <= NEIGHBOUR_BINS / 4]
     if near.size:
         return int(near[np.argmin(np.abs(near - place))])
     low = min(max(round(place) - 2, 1), power.size - 2)
@@ -115,7 +115,7 @@ def bins_around(
     low = min([peak - reach, *(others - beyond)])
     high = max([peak + reach, *(others + beyond)])
     number = np.arange(usable.size)
-    bins = number[(number >= low) & (number <= high) & (np.abs(number - peak) <= 2 * FURTHEST)]
+    bins = number[(number >= low) & (number <= high) & (np.abs(number - peak) <= 2 * MOST_BINS)]
     broken = bins[~usable[bins]]
     if (broken < peak).any():
         bins = bins[bins > broken[broken < peak].max()]
@@ -141,13 +141,13 @@ def _bend(
     apart = np.abs(others - peak).astype(np.float64)
     under = np.abs(data.values[others]) * (0.5 * width / apart) ** power
     missed = 2.0 / np.sqrt(45.0) * power * (power + 1) / 2.0 * (reach / apart) ** 2 * under
-    near = apart + max(reach / 2.0, REACH_BINS / 2.0) <= 2 * FURTHEST
-    return np.asarray(near & (missed * np.sqrt(2.0 * reach) > BENT * data.errors[peak]))
+    near = apart + max(reach / 2.0, REACH_BINS / 2.0) <= 2 * MOST_BINS
+    return np.asarray(near & (missed * np.sqrt(2.0 * reach) > MOST_BIAS * data.errors[peak]))
 
 
 def clearance_of(starts: tuple[int, ...]) -> float:
     """Return how many bins around the first of some peaks are nearer to it than to others."""
-    nearest = min((abs(other - starts[0]) for other in starts[1:]), default=2 * FURTHEST)
+    nearest = min((abs(other - starts[0]) for other in starts[1:]), default=2 * MOST_BINS)
     return max(nearest / 2.0, LEAST_BINS / 2.0)
 
 
@@ -273,7 +273,11 @@ def _candidates(bins: IndexArray, found: FittedModes, maxima: IndexArray) -> Ite
 def _chance(spectra: CrossSpectra, data: PeakData, bins: IndexArray, fit: ModesFit) -> Chance:
     """Return the errors of the values: by theory where the excitation was steady and random."""
     smearing = smearing_of(spectra)
-    wanted = 0.5 * spectra.n_segments * (1.0 - UNSTEADY / np.sqrt(spectra.effective_averages))
+    wanted = (
+        0.5
+        * spectra.n_segments
+        * (1.0 - UNSTEADY_DEVIATIONS / np.sqrt(spectra.effective_averages))
+    )
     transient = spectra.decay_rate is not None
     if transient or float(data.lit_segments[bins].mean()) < wanted:
         is_complex = data.kind == "response"

@@ -17,19 +17,19 @@ from shakerproc.spectra.peaks.finding import find_peaks
 from shakerproc.spectra.responses.masks import NOTCH_BINS
 from shakerproc.spectra.welch.cross import CrossSpectra, psd
 
-ACCUSED: Final = 1e-4
+FALSE_TONES: Final = 1e-4
 """Probability that chance makes a tone of a random run, by the normal law [-].
 
 It is more than that, since the share of lit segments is skewed.
 """
 
-PARTS: Final = 8
+N_PARTS: Final = 8
 """Parts of the run, in each of which a tone is read alone [-]."""
 
-UNSTEADY: Final = 0.01
+FALSE_MOVES: Final = 0.01
 """Probability that chance alone moves a fixed tone of a run from part to part [-]."""
 
-APART: Final = 2.0
+LEAST_DISTANCE: Final = 2.0
 """Least distance of two tones times the length of a stretch, so that each is read alone [-]."""
 
 
@@ -59,7 +59,7 @@ def steady_lines(
     every segment. Of random vibration the number of segments that light a bin,
     :math:`(\sum P)^2 / \sum P^2`, is half of them, give or take :math:`1 / \sqrt{n_e}` of
     that; of a tone it is all of them. What lies above chance, for all peaks together but for
-    a probability of `ACCUSED`, is a tone.
+    a probability of `FALSE_TONES`, is a tone.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def clear_of_lines(
 
 def _most_by_chance(spectra: CrossSpectra, n_tries: int) -> float:
     """Return how many segments random vibration lights at most, in so many bins."""
-    z = float(scipy.special.ndtri(1.0 - ACCUSED / max(1, n_tries)))
+    z = float(scipy.special.ndtri(1.0 - FALSE_TONES / max(1, n_tries)))
     return 0.5 * spectra.n_segments * (1.0 + z / float(np.sqrt(spectra.effective_averages)))
 
 
@@ -264,9 +264,9 @@ def mixed_tones(
     """
     places = np.asarray(frequency, dtype=float)
     count = n_samples // stretch
-    if count < 2 * PARTS:
+    if count < 2 * N_PARTS:
         raise SpectrumError(
-            f"tones need a run of {2 * PARTS} segments of {stretch} samples, and this one "
+            f"tones need a run of {2 * N_PARTS} segments of {stretch} samples, and this one "
             f"holds {count}; take shorter segments: welch: {{segment: ...}}"
         )
     check_separable(frequency, stretch, sample_rate)
@@ -278,8 +278,8 @@ def mixed_tones(
     mean = readings[:, list(controls)].mean(axis=1)
     # the random vibration in phase with a tone, of which half of the scatter is
     scatter = np.sqrt(np.var(mean, axis=0, ddof=1) / (2.0 * count))
-    each = count // PARTS
-    blocks = mean[: each * PARTS].reshape(PARTS, each, -1)
+    each = count // N_PARTS
+    blocks = mean[: each * N_PARTS].reshape(N_PARTS, each, -1)
     return MixedTones(
         frequency=places,
         amplitude=readings.mean(axis=0),
@@ -300,7 +300,7 @@ def check_separable(frequency: Sequence[float], stretch: int, sample_rate: float
     """
     order = sorted(frequency)
     for low, high in pairwise(order):
-        if (high - low) * stretch < APART * sample_rate:
+        if (high - low) * stretch < LEAST_DISTANCE * sample_rate:
             raise SpectrumError(
                 f"tones of {low:.5g} and {high:.5g} Hz are not told apart by segments of "
                 f"{stretch} samples: take longer ones, welch: {{segment: ...}}"
@@ -356,6 +356,6 @@ def _moves(blocks: ComplexArray) -> NDArray[np.bool_]:
     within = np.sum(np.abs(blocks - means[:, np.newaxis]) ** 2, axis=(0, 1))
     within /= parts * (each - 1)
     limit = scipy.special.fdtri(
-        2 * (parts - 1), 2 * parts * (each - 1), 1.0 - UNSTEADY / max(n, 1)
+        2 * (parts - 1), 2 * parts * (each - 1), 1.0 - FALSE_MOVES / max(n, 1)
     )
     return np.asarray(between > limit * within)
