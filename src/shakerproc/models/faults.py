@@ -34,6 +34,9 @@ class AbstractFault(ABC):
     formula: ClassVar[str]
     signature: ClassVar[str]
 
+    def __post_init__(self) -> None:
+        check_parameters(self, self.parameters)
+
     @abstractmethod
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
         """Return the recorded signal in place of the true one.
@@ -77,9 +80,6 @@ class SensorDelay(AbstractFault):
 
     delay: float
 
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
-
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
         frequency = np.fft.rfftfreq(samples.size, 1.0 / sample_rate)
         late = np.fft.rfft(samples) * np.exp(-2j * np.pi * frequency * self.delay)
@@ -109,9 +109,6 @@ class SensorGain(AbstractFault):
 
     gain: float
 
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
-
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
         return self.gain * samples
 
@@ -127,9 +124,6 @@ class SensorPolarity(AbstractFault):
         "The phase is 180 degrees at low frequency, where the coupon must follow the table."
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
         return -samples
@@ -156,9 +150,6 @@ class Clipping(AbstractFault):
     })
 
     level: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
         return np.clip(samples, -self.level, self.level)
@@ -189,9 +180,6 @@ class MainsHum(AbstractFault):
 
     frequency: float
     amplitude: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def apply(self, samples: FloatArray, sample_rate: float) -> FloatArray:
         time = np.arange(samples.size) / sample_rate
