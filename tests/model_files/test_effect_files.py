@@ -125,7 +125,7 @@ def test_an_effect_takes_its_file_to_another_process(detent, monkeypatch):
         (TEXT.replace(LAW, "np.log(2e-4 + displacement)"), "returns nan at displacement"),
         (TEXT.replace(LAW, "np.sign(displacement - 2e-5)"), r"jumps at displacement 2e-05 m"),
         (TEXT.replace(LAW, "np.sign(velocity)"), "Law.FRICTION"),
-        (TEXT.replace(LAW, "float(displacement)"), r"class Detent, line 5\d: TypeError"),
+        (TEXT.replace(LAW, "float(displacement)"), r"class Detent, line 4\d: TypeError"),
         (TEXT.replace("def identification", "def unknown"), "neither example"),
     ],
 )
