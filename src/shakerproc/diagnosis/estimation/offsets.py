@@ -51,11 +51,14 @@ class Offsets:
 
 
 def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
-    """Return the offsets that are to be fitted; none where a displacement is imposed."""
+    """Return the offsets that are to be fitted; none where a displacement is imposed.
+
+    Those of displacements: laws count from where a mass rests.
+    """
     error = np.array([test.offset_error for test in tests]).T
     noise = np.array([test.noise for test in tests]).T
-    unknown = np.any(error > noise, axis=1) & (not model.excitation.imposed)
-    chosen = tuple(int(i) for i in np.flatnonzero(unknown))
+    placed = [] if model.excitation.imposed else _placed(model)
+    chosen = tuple(i for i in placed if np.any(error[i] > noise[i]))
     sizes = np.array([
         [np.sqrt(np.mean(test.responses[i] ** 2)) for test in tests] for i in chosen
     ]).reshape(-1, len(tests))
@@ -65,15 +68,16 @@ def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
 
 def _moves(model: Model, chosen: Sequence[int]) -> FloatArray:
     """Return what unit offsets of sensors do to coordinates, (n_coordinates, n) array."""
-    n, sensors = model.n_coordinates, list(model.sensors.values())
-    placed = [
-        i for i, s in enumerate(sensors) if s.at != BASE and s.measures.endswith("displacement")
-    ]
+    n, sensors, placed = model.n_coordinates, list(model.sensors.values()), _placed(model)
     alone = coordinates_of(model, ())
     sees = np.reshape([alone.at(sensors[i].at)[:n] for i in placed], (-1, n))
-    told = np.linalg.pinv(sees)
-    found = np.zeros((n, len(chosen)))
-    for column, sensor in enumerate(chosen):
-        if sensor in placed:
-            found[:, column] = told[:, placed.index(sensor)]
-    return found
+    return np.asarray(np.linalg.pinv(sees)[:, [placed.index(i) for i in chosen]])
+
+
+def _placed(model: Model) -> list[int]:
+    """Return the sensors that tell where a mass is."""
+    return [
+        i
+        for i, sensor in enumerate(model.sensors.values())
+        if sensor.at != BASE and sensor.measures.endswith("displacement")
+    ]
