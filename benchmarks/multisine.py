@@ -21,8 +21,8 @@ from shakerproc.spectra.multisines import (
     grid_of,
     layout_of,
     line_spectra,
-    settled,
     shares_of,
+    transient_periods,
 )
 
 RATE, PERIOD, PERIODS = 1024.0, 4.0, 5  # Hz, s, of each realisation, with the transient
@@ -135,7 +135,7 @@ def measured(force: np.ndarray, response: np.ndarray, noise: float, seed: int):
     ])
     layout = layout_of(samples.shape[1], RATE, PERIOD, periods=n_periods, realisations=count)
     lines = 2.0 / n * np.fft.rfft(cut(samples, layout))[..., : n // 2]
-    left_out = settled(lines[..., excited()])
+    left_out = transient_periods(lines[..., excited()])
     lines = lines[:, :, left_out:]
     grid = grid_of(lines[0], 1.0 / PERIOD, BAND)
     kept = lines[..., grid.number]

@@ -15,7 +15,7 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray
 from shakerproc.spectra import CrossSpectra
-from shakerproc.spectra.exceedance import surely_beyond
+from shakerproc.spectra.profiles import surely_beyond
 
 RATE: Final = 5000.0
 N_SAMPLES: Final = 30_000

@@ -6,11 +6,15 @@ from importlib.util import find_spec
 import numpy as np
 
 from shakerproc.spectra import cross_spectra, psd
-from shakerproc.spectra.fatigue import fatigue_spectra
 from shakerproc.spectra.integration import integrated
 from shakerproc.spectra.octaves import octave_bands, rms_of_density
 from shakerproc.spectra.rainflow import rainflow
-from shakerproc.spectra.shock import STEPS, logarithmic_frequencies, shock_spectra
+from shakerproc.spectra.response_spectra import (
+    STEPS,
+    fatigue_spectra,
+    logarithmic_frequencies,
+    shock_spectra,
+)
 
 RATE, DURATION, HEIGHT, Q = 50_000.0, 0.011, 100.0, 10.0
 FINER = 8

@@ -8,10 +8,10 @@ import sys
 import time
 from pathlib import Path
 
-from blind import classes, folder, next_test, records, runner, score, works
+from blind import classes, folder, next_test, runner, score
 from blind.campaigns import TUNING_SEEDS_END, draw
 from blind.judging import exact, first_named, tied
-from blind.trial import Trial
+from blind.trial import Trial, append_trial, read_trials, remaining_tasks
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
@@ -57,18 +57,18 @@ def write(tasks: list[tuple[int, str]], target: Path) -> None:
 
 def trials_of(options: argparse.Namespace, tasks: list[tuple[int, str]]) -> list[Trial]:
     """Return the trials, those of an earlier run too; Ctrl-C ends early, with what there is."""
-    done = records.read(options.json) if options.json else []
-    work = works.first
+    done = read_trials(options.json) if options.json else []
+    work = runner.first
     if options.next_test:
-        work = functools.partial(works.retest, path=options.next_test)
-    left = records.left(tasks, done)
+        work = functools.partial(runner.retest, path=options.next_test)
+    left = remaining_tasks(tasks, done)
     running = runner.run(left, work, options.jobs, options.limit_s, options.nice)
     try:
         for trial in running:
             done.append(trial)
             _progress(trial, len(done), len(tasks))
             if options.json:
-                records.append(options.json, trial)
+                append_trial(options.json, trial)
     except KeyboardInterrupt:
         running.close()
         print(f"stopped after {len(done)} of {len(tasks)}", file=sys.stderr)
@@ -79,7 +79,7 @@ def tell(trials: list[Trial], options: argparse.Namespace) -> None:
     """Print the score, and keep its figures where that is asked."""
     print(score.report(trials))
     if options.against:
-        print("\n" + score.tables.against(trials, records.read(options.against)))
+        print("\n" + score.tables.against(trials, read_trials(options.against)))
     if options.summary:
         options.summary.write_text(json.dumps(score.summary(trials), indent=1), "utf-8")
 
@@ -89,12 +89,12 @@ def main() -> None:
     options = arguments()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     if options.score:
-        tell(records.read(options.score), options)
+        tell(read_trials(options.score), options)
         return
     wanted = classes.FROZEN if options.classes == "frozen" else options.classes
     tasks = classes.tasks(classes.expand(wanted, options.each), options.seed)
     if options.next_test:
-        open_ends = next_test.open_ends(records.read(options.next_test))
+        open_ends = next_test.open_ends(read_trials(options.next_test))
         tasks = [(trial.seed, trial.kind) for trial in open_ends]
     if options.write:
         write(tasks, options.write)

@@ -28,11 +28,10 @@ from typing import Any
 import numpy as np
 from scipy import optimize, special
 
-from blind import records
 from blind.campaigns import TUNING_SEEDS_END
 from blind.judging import exact
 from blind.score import forecasts
-from blind.trial import Trial
+from blind.trial import Trial, read_trials
 
 TARGET = Path("src/shakerproc/diagnosis/selection/calibration.json")
 PENALTIES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
@@ -214,7 +213,7 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=TARGET, help="where it is stored")
     options = parser.parse_args()
-    trials = [trial for path in options.trials for trial in records.read(path)]
+    trials = [trial for path in options.trials for trial in read_trials(path)]
     taken = [trial for trial in trials if is_taken(trial.seed, options.scored)]
     tuning = taken if options.most is None else first_of_each(taken, options.most)
     found = document(tuning, datetime.datetime.now(datetime.UTC).date().isoformat())

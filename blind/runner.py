@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
-from blind.trial import Trial, without_answer
+from blind import next_test
+from blind.trial import Trial, attempt, diagnose, read_trials, without_answer
 
 Task = tuple[int, str]
 Work = Callable[[int, str, float], Trial]
@@ -112,3 +114,14 @@ def _serve(pipe: Any, work: Work, nice: int) -> None:
         except EOFError:
             return
         pipe.send(work(seed, kind, limit))
+
+
+def first(seed: int, kind: str, limit: float) -> Trial:
+    """Return the trial of a campaign."""
+    return attempt(seed, kind, limit=limit)
+
+
+def retest(seed: int, kind: str, limit: float, *, path: Path) -> Trial:
+    """Return the trial of a file after the test that it proposes."""
+    known = {(trial.seed, trial.kind): trial for trial in read_trials(path)}
+    return next_test.again(known[seed, kind], diagnose, limit=limit)

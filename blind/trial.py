@@ -1,13 +1,16 @@
-"""One blind trial: a campaign is drawn, written, diagnosed; what came out, with the truth."""
+"""One blind trial: a campaign is drawn, written, diagnosed; trials on disk, one a line."""
 
+import json
 import resource
 import signal
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from blind import folder
 from blind.campaign import Campaign
@@ -15,6 +18,9 @@ from blind.campaigns import draw
 
 CANDIDATES_KEPT = 6
 """How many of the candidates that a diagnosis lists are kept in a record."""
+
+Diagnose = Callable[[Path, Path, int], dict[str, Any]]
+"""A function of the paths of log and model and of a seed, that returns a document."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +64,6 @@ def diagnose(log: Path, model: Path, seed: int) -> dict[str, Any]:
 
     found: dict[str, Any] = run(read_model(model), read_testlog(log), seed=seed).as_json()
     return found
-
-
-Diagnose = Callable[[Path, Path, int], dict[str, Any]]
-"""A function of the paths of log and model and of a seed, that returns a document."""
 
 
 def processor_seconds() -> float:
@@ -108,3 +110,48 @@ def without_answer(seed: int, kind: str, problem: str, seconds: float) -> Trial:
         seed, kind, campaign.details["snr_db"], campaign.noise_floor, campaign.truth, {},
         seconds, seconds, problem,
     )  # fmt: skip
+
+
+def read_trials(path: Path) -> list[Trial]:
+    """Return the trials of a file; a last line that was cut off is left out."""
+    if not path.exists():
+        return []
+    trials = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            trials.append(from_json(json.loads(line)))
+        except json.JSONDecodeError:
+            continue
+    return trials
+
+
+def append_trial(path: Path, trial: Trial) -> None:
+    """Write one more line."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    whole = not path.exists() or path.read_bytes()[-1:] in {b"\n", b""}
+    with path.open("a", encoding="utf-8") as stream:
+        line = json.dumps(trial.as_json(), default=_plain)
+        stream.write(("" if whole else "\n") + line + "\n")
+
+
+def remaining_tasks(
+    tasks: Sequence[tuple[int, str]], done: Sequence[Trial]
+) -> list[tuple[int, str]]:
+    """Return the tasks that no trial answers yet."""
+    known = {(trial.seed, trial.kind) for trial in done}
+    return [task for task in tasks if task not in known]
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of numpy as one of Python.
+
+    Raises
+    ------
+    TypeError
+        If the value is none.
+    """
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in a record")

@@ -26,7 +26,7 @@ MIMICS = DOCS / "effect_mimics.json"
 CACHE = ROOT / "build" / "effect_pictures"
 DRAWN_FROM = (
     "models/effects",
-    "models/faults",
+    "models/faults.py",
     "models/examples.py",
     "report/models/effects.py",
 )

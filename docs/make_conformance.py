@@ -24,7 +24,7 @@ from shakerproc.runs.tones import frequency_tolerance
 from shakerproc.spectra.octaves import octave_bands, octave_filter
 from shakerproc.spectra.profiles import profile_rms
 from shakerproc.spectra.rainflow import rainflow
-from shakerproc.spectra.shock import shock_spectra, transitions
+from shakerproc.spectra.response_spectra import shock_spectra, transitions
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.analyses import Shock
 from shakerproc.testlog.excitation import LevelKind

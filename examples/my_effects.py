@@ -12,7 +12,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models import AbstractSampledEffect, Parameter
-from shakerproc.models.effects.base import check_parameters
 from shakerproc.models.identification import Identification, JointScales, grid, positive
 
 
@@ -42,9 +41,6 @@ class Detent(AbstractSampledEffect):
 
     force: float
     pitch: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.force * np.sin(2.0 * np.pi * displacement / self.pitch) + 0.0 * velocity

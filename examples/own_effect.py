@@ -17,7 +17,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.laws import Law, Row
 from shakerproc.simulation import simulate
@@ -57,9 +56,6 @@ class BreathingCrack(AbstractMemorylessEffect):
 
     open_stiffness: float
     closed_stiffness: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.slopes(displacement, velocity)[0] * displacement

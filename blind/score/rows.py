@@ -1,4 +1,4 @@
-"""The table of the issue: counts, rates, exact bounds, goals."""
+"""The table of the issue: which trials each row counts, rates, exact bounds, goals."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -7,15 +7,63 @@ from typing import Any
 import numpy as np
 
 from blind import classes
-from blind.judging import exact, named, number_of_ties, tied
-from blind.score import groups
+from blind.judging import exact, family, named, number_of_ties, tied
 from blind.score.bounds import clopper_pearson
 from blind.trial import Trial
 
+Choice = Callable[[Trial], bool]
+
 MEAN_TIES, MOST_TIES = 0.5, 3
+
 ERROR_OVER_FLOOR = 1.1
+
 PROCESSOR_MEDIAN, PROCESSOR_WORST = 8.0, 60.0
 """Goals of the issue: ties of a single effect, held-out error over floor, seconds."""
+
+
+def trials_of(trials: Sequence[Trial], choice: Choice) -> list[Trial]:
+    """Return the trials that a row counts."""
+    return [trial for trial in trials if choice(trial)]
+
+
+def without_nuisances(name: str) -> Choice:
+    """Return what chooses a family without nuisances, chains, forces and friction regimes."""
+
+    def choice(trial: Trial) -> bool:
+        kind = classes.parse(trial.kind)
+        return family(trial.kind) == name and not (kind.nuisances or kind.form or kind.regime)
+
+    return choice
+
+
+def with_all_nuisances(trial: Trial) -> bool:
+    """Whether a single effect stands beside all nuisances."""
+    return family(trial.kind) == "effect" and trial.kind.endswith("@all")
+
+
+def with_one_nuisance(trial: Trial) -> bool:
+    """Whether one nuisance is drawn."""
+    return bool(classes.parse(trial.kind).nuisances) and not trial.kind.endswith("@all")
+
+
+def nothing_with_nuisances(trial: Trial) -> bool:
+    """Whether nothing is missing, beside all nuisances."""
+    return trial.kind == "none@all"
+
+
+def chained(trial: Trial) -> bool:
+    """Whether there are several masses, or a force drives."""
+    return bool(classes.parse(trial.kind).form)
+
+
+def friction_class(name: str) -> Choice:
+    """Return what chooses one class of dry friction."""
+    return lambda trial: trial.kind == name
+
+
+def tested_again(trial: Trial) -> bool:
+    """Whether a proposed test was carried out."""
+    return trial.retest is not None
 
 
 @dataclass(frozen=True)
@@ -49,22 +97,21 @@ def settled(trial: Trial) -> bool:
     return bool(trial.retest and trial.retest["settled"])
 
 
-Judge = Callable[[Trial], bool]
-TABLE: tuple[tuple[str, float, groups.Choice, Judge], ...] = (
-    ("single effect exact", 0.95, groups.plain("effect"), exact),
-    ("... or among its declared ties", 0.99, groups.plain("effect"), tied),
-    ("single effect, all nuisances", 0.90, groups.with_all_nuisances, tied),
-    ("one nuisance each", 0.90, groups.with_one_nuisance, tied),
-    ("nothing missing, all nuisances", 0.90, groups.nothing_with_nuisances, exact),
-    ("two effects, both named", 0.85, groups.plain("pair"), exact),
-    ("nothing missing", 0.99, groups.plain("none"), exact),
-    ("unexercised", 0.99, groups.plain("unexercised"), exact),
-    ("measurement fault named", 0.98, groups.plain("fault"), exact),
-    ("outside the library refused", 0.90, groups.plain("outside"), exact),
-    ("the proposed next test settles it", 0.80, groups.tested_again, settled),
-    ("chains and forces, exact or tied", 0.95, groups.chained, tied),
+TABLE: tuple[tuple[str, float, Choice, Choice], ...] = (
+    ("single effect exact", 0.95, without_nuisances("effect"), exact),
+    ("... or among its declared ties", 0.99, without_nuisances("effect"), tied),
+    ("single effect, all nuisances", 0.90, with_all_nuisances, tied),
+    ("one nuisance each", 0.90, with_one_nuisance, tied),
+    ("nothing missing, all nuisances", 0.90, nothing_with_nuisances, exact),
+    ("two effects, both named", 0.85, without_nuisances("pair"), exact),
+    ("nothing missing", 0.99, without_nuisances("none"), exact),
+    ("unexercised", 0.99, without_nuisances("unexercised"), exact),
+    ("measurement fault named", 0.98, without_nuisances("fault"), exact),
+    ("outside the library refused", 0.90, without_nuisances("outside"), exact),
+    ("the proposed next test settles it", 0.80, tested_again, settled),
+    ("chains and forces, exact or tied", 0.95, chained, tied),
     *(
-        (f"{name.replace(':', ', ')}", 0.90, groups.friction_class(name), tied)
+        (f"{name.replace(':', ', ')}", 0.90, friction_class(name), tied)
         for name in classes.friction()
     ),
 )
@@ -76,7 +123,7 @@ def all_rows(trials: Sequence[Trial]) -> list[Row]:
     out = []
     first = [trial for trial in trials if trial.retest is None]
     for says, goal, choice, judge in TABLE:
-        group = groups.of(trials if judge is settled else first, choice)
+        group = trials_of(trials if judge is settled else first, choice)
         if group:
             successes = sum(judge(trial) for trial in group)
             bounds = clopper_pearson(successes, len(group))
@@ -86,7 +133,7 @@ def all_rows(trials: Sequence[Trial]) -> list[Row]:
 
 def ties(trials: Sequence[Trial]) -> dict[str, Any]:
     """Return the average and the largest number of declared ties of single effects."""
-    group = groups.of(trials, groups.plain("effect"))
+    group = trials_of(trials, without_nuisances("effect"))
     counts = [number_of_ties(trial) for trial in group if not trial.problem]
     if not counts:
         return {}

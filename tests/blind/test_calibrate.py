@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from blind.trial import Trial
+from blind.trial import Trial, append_trial, read_trials, remaining_tasks
 from numpy.testing import assert_allclose
 
-from blind import calibrate, records
+from blind import calibrate
 
 JOINT = ["base", "coupon"]
 
@@ -69,10 +69,10 @@ def test_records_are_read_back_without_a_line_that_was_cut(tmp_path):
     trials = drawn(3, np.random.default_rng(1))
     path = tmp_path / "trials.json"
     for trial in trials:
-        records.append(path, trial)
-    assert records.read(path) == trials
+        append_trial(path, trial)
+    assert read_trials(path) == trials
     path.write_text(path.read_text()[:-40])
-    assert records.read(path) == trials[:2]
-    records.append(path, trials[2])
-    assert records.read(path) == trials
-    assert records.left([(0, "gap"), (9, "gap")], trials) == [(9, "gap")]
+    assert read_trials(path) == trials[:2]
+    append_trial(path, trials[2])
+    assert read_trials(path) == trials
+    assert remaining_tasks([(0, "gap"), (9, "gap")], trials) == [(9, "gap")]

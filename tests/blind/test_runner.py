@@ -7,7 +7,7 @@ import pytest
 from blind.__main__ import arguments, trials_of
 from tests.blind.works import by_class
 
-from blind import runner, works
+from blind import runner
 
 pytestmark = pytest.mark.slow
 
@@ -29,7 +29,7 @@ def test_what_the_command_does_can_be_handed_over(monkeypatch, tmp_path):
     monkeypatch.setattr(runner, "run", lambda _, work, *__: handed.append(work) or iter(()))
     trials_of(arguments([]), [(1, "none")])
     trials_of(arguments(["--next-test", str(tmp_path / "none.json")]), [(1, "none")])
-    assert [getattr(work, "func", work) for work in handed] == [works.first, works.retest]
+    assert [getattr(work, "func", work) for work in handed] == [runner.first, runner.retest]
 
 
 def test_whoever_stops_listening_ends_the_processes():

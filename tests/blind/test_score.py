@@ -10,10 +10,10 @@ from blind.judging import exact as hit
 from blind.judging import tied
 from blind.score import coverage, forecasts
 from blind.score.bounds import clopper_pearson
-from blind.trial import Trial
+from blind.trial import Trial, append_trial
 from scipy import stats
 
-from blind import records, score
+from blind import score
 
 JOINT = ["base", "coupon"]
 
@@ -194,7 +194,7 @@ def test_two_sets_are_compared_on_the_same_draws():
 
 def test_a_file_of_trials_is_scored_without_drawing(tmp_path, monkeypatch, capsys):
     path, figures = tmp_path / "trials.json", tmp_path / "summary.json"
-    records.append(path, trial("gap", document("effect found", ("gap", JOINT)), ["gap"]))
+    append_trial(path, trial("gap", document("effect found", ("gap", JOINT)), ["gap"]))
     words = ["blind", "--score", str(path), "--against", str(path), "--summary", str(figures)]
     monkeypatch.setattr(sys, "argv", words)
     main()

@@ -12,7 +12,7 @@ from shakerproc.errors import DocumentError
 from shakerproc.model_files import read_model
 from shakerproc.model_files.coupon_files import read_coupon
 from shakerproc.simulation.harmonic_balance import natural_frequencies
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance.system import system_of_model
 
 COUPONS = "configs/coupons"
 

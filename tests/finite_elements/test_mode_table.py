@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from shakerproc.finite_elements.annular_solid import solid_frequencies
 from shakerproc.finite_elements.coupon import Coupon, Hole, Material, disc_of_inertia
-from shakerproc.finite_elements.hole_table import loaded_holes, mesh_convergence
+from shakerproc.finite_elements.hole_stiffness import loaded_holes, mesh_convergence
 from shakerproc.finite_elements.mindlin_plate import mindlin_modes
 from shakerproc.finite_elements.mode_table import MODELS, named_modes
 from shakerproc.finite_elements.shell_mesh import shell_modes

@@ -5,11 +5,10 @@ import pytest
 import scipy.stats
 from numpy.testing import assert_allclose
 
-from shakerproc.forecasts.bands import spread_of
 from shakerproc.forecasts.ensemble import Ensemble
 from shakerproc.forecasts.limits import level_of
 from shakerproc.forecasts.model_error import LevelError, error_of
-from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.quantities import Quantity, spread_of
 
 RMS = Quantity("response", "ch3", "rms", "m/s^2")
 

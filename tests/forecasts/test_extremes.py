@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.forecasts.extremes import largest_in
+from shakerproc.forecasts.quantities import largest_in
 
 
 def narrow_band(generator, frequency, damping_ratio, seconds, rate):

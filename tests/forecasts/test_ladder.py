@@ -2,8 +2,7 @@
 
 import pytest
 
-from shakerproc.forecasts.ladder import last_step
-from shakerproc.forecasts.model_error import LevelError
+from shakerproc.forecasts.model_error import LevelError, last_step
 from shakerproc.forecasts.quantities import Quantity
 
 RMS = Quantity("response", "ch3", "rms", "m/s^2")

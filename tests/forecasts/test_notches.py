@@ -5,9 +5,17 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import minimize
 
-from shakerproc.forecasts.force_limits import C_SQUARED, force_limited
-from shakerproc.forecasts.notched_profiles import notched_test, profile_csv, profile_yaml
-from shakerproc.forecasts.notches import Bound, corners_of, reduction_of, with_edges
+from shakerproc.forecasts.notches import (
+    C_SQUARED,
+    Bound,
+    corners_of,
+    force_limited,
+    notched_test,
+    profile_csv,
+    profile_yaml,
+    reduction_of,
+    with_edges,
+)
 from shakerproc.testlog import read_testlog
 
 OCTAVES = np.linspace(5.0, 8.0, 25)

@@ -6,9 +6,9 @@ from scipy.optimize import brentq
 
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.forecasts.bands import spread_of
 from shakerproc.forecasts.ensemble import Drives, Planned, ensemble
 from shakerproc.forecasts.forecast import swept_back
+from shakerproc.forecasts.quantities import spread_of
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
 

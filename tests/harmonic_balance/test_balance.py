@@ -12,13 +12,13 @@ from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.simulation import closed_forms
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance.curves import newton, solve_at
 from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.harmonic_balance.response import (
     balance_of_system,
     frequency_response,
 )
-from shakerproc.simulation.harmonic_balance.solve import newton, solve_at
+from shakerproc.simulation.harmonic_balance.system import system_of_model
 
 EXAMPLES = {
     "gap": EFFECTS["gap"](stiffness=1000.0, clearance=0.3),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.modal.jackknife import jackknife
+from shakerproc.modal.output_only import jackknife
 from shakerproc.modal.polynomials import OrderPoles
 from shakerproc.modal.stabilisation import diagram_of
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import signal, stats
 
 from shakerproc.modal import Settings, identify_samples
-from shakerproc.modal.held_out import chance_of
+from shakerproc.modal.selection import chance_of
 
 RATE, SECONDS, FREQUENCY, DAMPING = 200.0, 40.0, 22.0, 0.006
 SUBSTEPS = 64

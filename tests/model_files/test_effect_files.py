@@ -16,7 +16,7 @@ from shakerproc.errors import ModelError
 from shakerproc.model_files import EffectSource, effect_files, load_effects, used_effects
 from shakerproc.models import BASE, EFFECTS, Element, Excitation, Model, registry
 from shakerproc.models.effects import ContactDamping, Damper, Gap, Spring
-from shakerproc.models.sampling import AbstractSampledEffect, tables_of
+from shakerproc.models.tabulated import AbstractSampledEffect, tables_of
 from shakerproc.simulation import simulate
 
 FILE = Path(__file__).parents[2] / "examples" / "my_effects.py"
@@ -125,7 +125,7 @@ def test_an_effect_takes_its_file_to_another_process(detent, monkeypatch):
         (TEXT.replace(LAW, "np.log(2e-4 + displacement)"), "returns nan at displacement"),
         (TEXT.replace(LAW, "np.sign(displacement - 2e-5)"), r"jumps at displacement 2e-05 m"),
         (TEXT.replace(LAW, "np.sign(velocity)"), "Law.FRICTION"),
-        (TEXT.replace(LAW, "float(displacement)"), r"class Detent, line 5\d: TypeError"),
+        (TEXT.replace(LAW, "float(displacement)"), r"class Detent, line 4\d: TypeError"),
         (TEXT.replace("def identification", "def unknown"), "neither example"),
     ],
 )

@@ -1,6 +1,7 @@
 """The contract of an effect: a new one adds an example and inherits every test."""
 
 import dataclasses
+import inspect
 import pkgutil
 import re
 
@@ -12,8 +13,7 @@ from shakerproc.models import effects, faults
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
 from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
-from shakerproc.models.faults import FAULTS
-from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.faults import FAULTS, AbstractFault
 from shakerproc.models.laws import Law
 from shakerproc.units import to_si
 
@@ -52,11 +52,15 @@ def test_the_names_are_those_of_the_design():
         assert list(EFFECTS[kind].parameters)[: len(given)] == given
 
 
-def test_every_file_holds_one_registered_kind_with_an_example():
+def test_every_file_holds_one_registered_effect_with_an_example():
     files = {module.name for module in pkgutil.iter_modules(effects.__path__)} - {"base"}
     assert files == set(EFFECTS) == set(EXAMPLES)
-    files = {module.name for module in pkgutil.iter_modules(faults.__path__)} - {"base"}
-    assert files == set(FAULTS) == set(FAULT_EXAMPLES)
+
+
+def test_every_fault_is_registered_and_has_an_example():
+    classes = {made for made in vars(faults).values() if inspect.isclass(made)}
+    kinds = {made.kind for made in classes if made in AbstractFault.__subclasses__()}
+    assert kinds == set(FAULTS) == set(FAULT_EXAMPLES)
 
 
 @pytest.mark.parametrize("made", [*EFFECTS.values(), *FAULTS.values()])

@@ -10,7 +10,7 @@ from shakerproc.errors import DocumentError
 from shakerproc.model_files import model_text, read_model
 from shakerproc.models import EFFECTS, Element, Excitation, Mode, Model, Sensor
 from shakerproc.simulation import simulate
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
+from shakerproc.simulation.harmonic_balance.system import system_of_model
 
 ELEMENTS = (
     Element(EFFECTS["spring"](2e5), ("base", "coupon")),

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from shakerproc.errors import ModelError
 from shakerproc.models import Element, Excitation, Model, Sensor
+from shakerproc.models.coordinates import parallel_stiffness, reduced_mass, resolved
 from shakerproc.models.effects import (
     AttachedMode,
     CoulombFriction,
@@ -19,7 +20,6 @@ from shakerproc.models.effects import (
     StiffnessDrift,
     Stop,
 )
-from shakerproc.models.parallel_elements import parallel_stiffness, reduced_mass, resolved
 
 GROUND = ("base", "a")
 SHAKEN = Excitation("base acceleration")

@@ -16,7 +16,7 @@ from shakerproc.planning import Staging, rehearse, respond
 from shakerproc.planning.rehearsal import low_passed
 from shakerproc.recordings import open_recording
 from shakerproc.runs import open_test
-from shakerproc.simulation.interpolation import finer
+from shakerproc.simulation.pieces import finer
 from shakerproc.testlog import read_testlog
 
 RATE = 2560.0

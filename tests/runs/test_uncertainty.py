@@ -14,8 +14,8 @@ import shakerproc
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.runs import process_recording
 from shakerproc.runs.budget import Budget, normal, rectangular, unknown
-from shakerproc.spectra import cross_spectra, own_width, seen_share
-from shakerproc.spectra.random_errors import mean_square_error, tallest_bins
+from shakerproc.spectra import cross_spectra, resonance_width, smeared_height
+from shakerproc.spectra.responses.bounds import mean_square_error, tallest_bins
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.processing import TimeCrop
 
@@ -157,7 +157,7 @@ def test_a_window_lets_as_much_of_a_resonance_be_seen_as_its_smearing_leaves(win
     mode = ((1.0 - step**2) / np.abs(1.0 - step * away) ** 2).real
     smeared = float(shown @ mode / shown.sum())
     whole = float((1.0 + step) / (1.0 - step))
-    assert_allclose(seen_share(spectra, width), smeared / whole, rtol=1e-6)
+    assert_allclose(smeared_height(spectra, width), smeared / whole, rtol=1e-6)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0])
@@ -169,7 +169,7 @@ def test_the_width_of_a_resonance_is_found_behind_a_window(ratio):
     half = scipy.optimize.brentq(
         lambda x: scipy.special.voigt_profile(x, sigma, gamma) - top / 2.0, 0.0, 50.0
     )
-    assert_allclose(own_width(2.0 * half, window), own, rtol=2e-3)
+    assert_allclose(resonance_width(2.0 * half, window), own, rtol=2e-3)
 
 
 def test_budgets_are_in_tables_page_and_notebook_on_request(tmp_path):

@@ -11,8 +11,8 @@ from shakerproc.models.effects import (
     Gap,
     Spring,
 )
-from shakerproc.simulation.band_limited import EDGE, has_jumps, mean_accelerations
 from shakerproc.simulation.inputs import MISSED, prepare_measured
+from shakerproc.simulation.window_sensing import EDGE, has_jumps, mean_accelerations
 
 RATE, COUNT, FINER = 1000.0, 2048, 64
 

@@ -9,7 +9,7 @@ from shakerproc.data import Channel, Recording, recording_of_arrays
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.planning import Staging, respond, with_usual_roles
 from shakerproc.simulation import prepare, simulate
-from shakerproc.simulation.interpolation import finer
+from shakerproc.simulation.pieces import finer
 
 RATE = 5690.0
 

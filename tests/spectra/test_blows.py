@@ -7,10 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
-from shakerproc.spectra.hammer.blows import BlockCut, Setup, windowed
-from shakerproc.spectra.hammer.strikes import Strikes, find_strikes, usual_length
+from shakerproc.spectra.blows import BlockCut, Setup, impulse_share, incomplete, judge, windowed
 from shakerproc.spectra.range_ends import range_ends
+from shakerproc.spectra.strikes import Strikes, find_strikes, usual_length
 
 RATE, WIDTH = 1000.0, 10
 PULSE = np.sin(np.pi * (np.arange(WIDTH) + 0.5) / WIDTH)

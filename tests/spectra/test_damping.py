@@ -9,9 +9,9 @@ from shakerproc.spectra import cross_spectra, find_peaks, h1
 from shakerproc.spectra.peaks.damping import (
     damping_of_density,
     damping_of_response,
+    half_power_ratio,
     longer_may_resolve,
 )
-from shakerproc.spectra.peaks.half_power import half_power_ratio
 from shakerproc.spectra.welch.windows import (
     COSINE_TERMS,
     CosineCorrelation,

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc import spectra
-from shakerproc.spectra.exceedance import surely_beyond
+from shakerproc.spectra.profiles import surely_beyond
 
 RATE, N = 5000.0, 30_000  # Hz, 6 s
 SEGMENTS = (256, 512, 1024, 2048, 4096)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.spectra.fatigue import fatigue_spectra
 from shakerproc.spectra.rainflow import rainflow
+from shakerproc.spectra.response_spectra import fatigue_spectra
 
 
 def counted(signal):

@@ -11,7 +11,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.spectra import cross_spectra, psd
 from shakerproc.spectra.responses.bounds import gain_random_error, psd_bounds, response_bounds
 from shakerproc.spectra.responses.masks import driven, excited, masked
-from shakerproc.spectra.welch.description import statistics
+from shakerproc.spectra.welch.blocks import statistics
 from shakerproc.spectra.welch.levels import control_imbalance, cumulative_rms, rms_in_band
 
 RATE = 1000.0

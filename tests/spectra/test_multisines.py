@@ -9,8 +9,8 @@ from shakerproc.spectra.multisines import (
     grid_of,
     layout_of,
     line_spectra,
-    settled,
     shares_of,
+    transient_periods,
 )
 from shakerproc.spectra.multisines.periods import check_input
 
@@ -193,10 +193,12 @@ def test_periods_before_the_motion_repeats_are_counted():
     response += 0.01 * rng.standard_normal(time.size)
     layout = layout_of(time.size, RATE, N / RATE)
     lines = np.fft.rfft(cut(response[np.newaxis], layout))[..., 10:200]
-    assert settled(lines) == 3  # exp(-9) of 30 in the fourth period lies within the noise
+    assert (
+        transient_periods(lines) == 3
+    )  # exp(-9) of 30 in the fourth period lies within the noise
     steady = response[5 * N :][np.newaxis]
     kept = np.fft.rfft(cut(steady, layout_of(3 * N, RATE, N / RATE)))[..., 10:200]
-    assert settled(kept) == 0
+    assert transient_periods(kept) == 0
 
 
 @pytest.mark.parametrize(

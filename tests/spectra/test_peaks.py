@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import signal
 
-from shakerproc.spectra import cross_spectra, effective_frequencies, find_peaks
-from shakerproc.spectra.peaks.finding import local_maxima, separated, thesis_peaks
-from shakerproc.spectra.peaks.saddles import saddles
+from shakerproc.spectra import cross_spectra, find_peaks, psd
+from shakerproc.spectra.peaks.finding import local_maxima, saddles, separated, thesis_peaks
 
 FREQUENCY = np.arange(0.0, 100.0)
 
@@ -55,9 +54,9 @@ def test_a_tone_between_bins_is_found_within_a_tenth_of_a_bin():
     t = np.arange(40_000) / 1000.0
     for tone in (100.0, 100.3, 100.5):
         spectra = cross_spectra(np.sin(2 * np.pi * tone * t)[None], 1000.0, segment=1000)
-        (peak,) = effective_frequencies(spectra, [0], (50.0, 200.0))
+        (peak,) = find_peaks(spectra.frequency, psd(spectra)[0], (50.0, 200.0), count=1)
         assert abs(peak.frequency - tone) < 0.1
-    assert effective_frequencies(spectra, [0], (0.1, 0.2)) == (None,)
+    assert find_peaks(spectra.frequency, psd(spectra)[0], (0.1, 0.2)) == ()
 
 
 @given(st.lists(st.floats(0.0, 10.0), min_size=3, max_size=60), st.floats(1.0, 8.0))

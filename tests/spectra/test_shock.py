@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.spectra.shock import (
+from shakerproc.spectra.response_spectra import (
     QUANTITIES,
     logarithmic_frequencies,
     shock_spectra,

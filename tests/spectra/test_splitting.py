@@ -6,9 +6,14 @@ from numpy.testing import assert_allclose
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
 from shakerproc.runs import process_recording
-from shakerproc.spectra.splitting.cells import cells_of
-from shakerproc.spectra.splitting.levels import arrangements, changes, has_trend
-from shakerproc.spectra.splitting.shocks import ShockRule, shocks_of
+from shakerproc.spectra.splitting import (
+    ShockRule,
+    arrangements,
+    cells_of,
+    changes,
+    has_trend,
+    shocks_of,
+)
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.analyses import Splitting
 

@@ -23,7 +23,7 @@ from shakerproc.studies.checks import (
 )
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.kinds.base import JobFinding, jobs_of
-from shakerproc.studies.motion_readings import period_of
+from shakerproc.studies.readings import period_of
 from shakerproc.studies.study import Claim
 from shakerproc.verification.base import ClaimFinding
 from shakerproc.verification.claims import thesis_claims

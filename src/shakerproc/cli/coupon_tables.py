@@ -8,8 +8,7 @@ from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
     from shakerproc.finite_elements.coupon import Coupon
-    from shakerproc.finite_elements.hole_stiffness import Axis
-    from shakerproc.finite_elements.hole_table import LoadedHole
+    from shakerproc.finite_elements.hole_stiffness import Axis, LoadedHole
     from shakerproc.finite_elements.mode_table import NamedMode
     from shakerproc.model_files.coupon_files import CouponFile, StiffnessSection
 

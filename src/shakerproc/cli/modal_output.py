@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.choosing import SINGLE_FREQUENCIES
 from shakerproc.modal.from_log import analyse_log
-from shakerproc.modal.scatter import told_scatter
+from shakerproc.modal.scatter import scatter_text
 from shakerproc.numerals import numeral
 from shakerproc.testlog import TestLog
 from shakerproc.workflows.modal_files import write_modes
@@ -112,7 +112,7 @@ def _print_test(one: TestModes, json: str | None) -> None:
             _interval(modes.damping_bounds[:, i]),
             f"{modes.collinearity[i]:.3f}",
             _orders(one, i),
-            *told_scatter(modes, i),
+            *scatter_text(modes, i),
         )
         for i in range(modes.poles.size)
     ]

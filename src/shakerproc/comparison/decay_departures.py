@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses.decays import DISPUTED, harmonic_of, law_words
 from shakerproc.runs.result import shown_unit
-from shakerproc.spectra.decays import Reading, at_amplitudes, trend_of
+from shakerproc.spectra.decays import DecayReading, at_amplitudes, trend_of
 
 SCHEMA: Final = "shakerproc-compare-decays/1"
 
@@ -23,7 +23,7 @@ class Departures:
 
     Attributes
     ----------
-    readings : tuple of Reading
+    readings : tuple of DecayReading
         As measured, at these amplitudes.
     frequency, damping : (n,) array
         Measured frequency over the model's less 1, measured damping less the model's [-].
@@ -31,7 +31,7 @@ class Departures:
         Half the widths of both intervals of 95 % together [-].
     """
 
-    readings: tuple[Reading, ...]
+    readings: tuple[DecayReading, ...]
     frequency: FloatArray
     damping: FloatArray
     frequency_error: FloatArray

@@ -6,7 +6,7 @@ from shakerproc.comparison.joints import law_along
 from shakerproc.comparison.measured import Measured
 from shakerproc.data import FloatArray
 from shakerproc.models import BASE, Model
-from shakerproc.models.parallel_elements import resolved
+from shakerproc.models.coordinates import resolved
 from shakerproc.simulation.assembly import assemble
 
 _ENDS = 8

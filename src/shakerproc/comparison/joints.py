@@ -13,9 +13,9 @@ from shakerproc.comparison.measured import Measured
 from shakerproc.comparison.noise import EXCEEDS
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Element, Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.motion import shown_in
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.numerals import numeral
 from shakerproc.spectra import periodogram
 

@@ -21,7 +21,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.simulation import Input, Runs, Simulation, free_runs, simulate
+from shakerproc.simulation import Input, Runs, SimulatedResponse, free_runs, simulate
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
 
 LINEAR: Final = frozenset({"spring", "damper"})
@@ -44,7 +44,7 @@ class Prediction:
     ----------
     measured : Measured
         The test.
-    simulation : Simulation
+    simulation : SimulatedResponse
         The motion of the model under the measured input, from rest.
     scored : Scored
         The samples of which the free-run error is taken.
@@ -61,7 +61,7 @@ class Prediction:
     """
 
     measured: Measured
-    simulation: Simulation
+    simulation: SimulatedResponse
     scored: Scored
     moved: FloatArray
     response: FloatArray
@@ -215,7 +215,7 @@ def _noisy(model: Model, measured: Measured, given: Input) -> list[Input]:
     return [prepare_like(drive + draw, given) for draw in draws]
 
 
-def _sizes(simulation: Simulation) -> FloatArray:
+def _sizes(simulation: SimulatedResponse) -> FloatArray:
     """Return the usual size of every motion, in the order of `motions_of` [SI]."""
     sizes: FloatArray = np.sqrt(np.mean(simulation.motion**2, axis=1))
     return sizes
@@ -235,7 +235,7 @@ def _numbers(effect: AbstractEffect) -> list[float]:
     return [value for value in values if value is not None]
 
 
-def _only_sensed(simulation: Simulation, model: Model) -> Simulation:
+def _only_sensed(simulation: SimulatedResponse, model: Model) -> SimulatedResponse:
     """Return a simulation without the motion of masses on which no sensor sits."""
     seen = {sensor.at for sensor in model.sensors.values()}
     kept = [i for i, mass in enumerate(simulation.masses) if mass in seen]
@@ -249,7 +249,9 @@ def _only_sensed(simulation: Simulation, model: Model) -> Simulation:
     )
 
 
-def _windows(model: Model, measured: Measured, given: Input, simulation: Simulation) -> Windows:
+def _windows(
+    model: Model, measured: Measured, given: Input, simulation: SimulatedResponse
+) -> Windows:
     """Return the windows in which the motion of a model is predictable."""
     horizon = horizon_of(model, given, simulation.motion, measured.start)
     period = period_of_response(

@@ -1,10 +1,10 @@
-"""Static stiffness of a disc against a load on the edge of its hole, the rim fixed."""
+"""Static stiffness of a disc against a load on the edge of its hole, by law, angle and mesh."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
 from skfem import (
@@ -27,7 +27,6 @@ from shakerproc.finite_elements.coupon import Coupon, Hole, IndexArray, Material
 Plane: TypeAlias = Literal["strain", "stress"]
 Axis: TypeAlias = Literal["length", "width"]
 
-
 _SOLVER = solver_direct_scipy(permc_spec="MMD_AT_PLUS_A")  # three times faster than COLAMD
 Spread: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -38,6 +37,17 @@ LOAD_LAWS: Mapping[str, Spread] = MappingProxyType({
     "cosine bearing": lambda normal, cosine: -normal * cosine,
 })
 """How the bushing's force spreads over the loaded arc of the hole: its direction there."""
+
+MESHES: Final = (1, 2, 3)
+"""Refinements of which the convergence is shown; the last counts."""
+
+_PLANES: Final[tuple[Plane, ...]] = ("strain", "stress")
+
+_LOADS: Final = (
+    *((law, np.pi / 2.0) for law in LOAD_LAWS),
+    ("traction", np.radians(85.0)),
+    ("traction", np.radians(60.0)),
+)
 
 
 @final
@@ -263,3 +273,82 @@ def _held(basis: Any, outer_radius: float) -> IndexArray:
     second = np.zeros(basis.N, dtype=bool)
     second[_component(basis, 1)] = True
     return np.flatnonzero(rim | (second & (np.abs(y) < 1e-9 * outer_radius)))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LoadedHole:
+    """Stiffness under one assumption.
+
+    Attributes
+    ----------
+    law : str
+        Key of `LOAD_LAWS`.
+    half_angle : float
+        Of the loaded arc [rad].
+    plane : {"strain", "stress"}
+        Faces held or free.
+    stiffness : float
+        Force over the largest displacement [N/m].
+    frequency : float
+        Of the coupon's mass on that stiffness [Hz].
+    """
+
+    law: str
+    half_angle: float
+    plane: Plane
+    stiffness: float
+    frequency: float
+
+
+def loaded_holes(
+    coupon: Coupon, axis: Axis = "length", *, refinement: int = 1
+) -> tuple[LoadedHole, ...]:
+    """Return the stiffness for every load law, two half-angles, faces held and free.
+
+    Parameters
+    ----------
+    coupon : Coupon
+        Material and dimensions.
+    axis : {"length", "width"}
+        Direction of the load in a slot.
+    refinement : int
+        As in `hole_stiffness`; the coarsest is good to a thousandth.
+    """
+    assumptions = [(law, angle, plane) for plane in _PLANES for law, angle in _LOADS]
+    return tuple(
+        loaded_hole(coupon, axis, law, angle, plane, refinement=refinement)
+        for law, angle, plane in assumptions
+    )
+
+
+def loaded_hole(
+    coupon: Coupon, axis: Axis, law: str, half_angle: float, plane: Plane, *, refinement: int
+) -> LoadedHole:
+    """Return the stiffness under one assumption; for the arguments see `hole_stiffness`.
+
+    `half_angle` is in [rad].
+    """
+    stiffness = hole_stiffness(
+        coupon, law=law, half_angle=half_angle, plane=plane, axis=axis, refinement=refinement
+    ).stiffness
+    return LoadedHole(law, half_angle, plane, stiffness, joint_frequency(stiffness, coupon))
+
+
+def joint_frequency(stiffness: float, coupon: Coupon) -> float:
+    r"""Return the frequency of the coupon on its hole, :math:`\sqrt{k/m} / 2 \pi` [Hz]."""
+    return float(np.sqrt(stiffness / coupon.mass) / (2.0 * np.pi))
+
+
+def mesh_convergence(
+    coupon: Coupon, axis: Axis, law: str, half_angle: float, plane: Plane
+) -> Mapping[int, float]:
+    """Return the stiffness by number of elements, on `MESHES` [N/m]."""
+    return {
+        half_disc(coupon.hole, coupon.outer_radius, axis, n, half_angle).nelements: (
+            hole_stiffness(
+                coupon, law=law, half_angle=half_angle, plane=plane, axis=axis, refinement=n
+            ).stiffness
+        )
+        for n in MESHES
+    }

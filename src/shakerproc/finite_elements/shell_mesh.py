@@ -37,13 +37,6 @@ class ShellModes:
     circles: IndexArray
 
 
-def shell_frequencies(
-    coupon: Coupon, count: int, *, radial: int = 20, around: int = 80
-) -> FloatArray:
-    """Return the lowest natural frequencies of `shell_modes`, (count,) array [Hz]."""
-    return shell_modes(coupon, count, radial=radial, around=around).frequencies
-
-
 def shell_modes(
     coupon: Coupon, count: int, *, radial: int = 20, around: int = 80
 ) -> ShellModes:

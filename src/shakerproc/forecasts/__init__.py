@@ -1,13 +1,17 @@
-"""What the next level does: forecasts of planned tests, with bands that were earned."""
+"""Forecasts of planned tests, with bands that were earned on the levels that were run."""
 
-from shakerproc.forecasts.document import document_of
-from shakerproc.forecasts.forecast import Evidence, Forecast, TestForecast, forecast_tests
+from shakerproc.forecasts.document import document_of, headline, sentences
+from shakerproc.forecasts.forecast import (
+    CampaignForecast,
+    ModelEvidence,
+    TestForecast,
+    forecast_tests,
+)
 from shakerproc.forecasts.quantities import Quantity
-from shakerproc.forecasts.sentences import headline, sentences
 
 __all__ = [
-    "Evidence",
-    "Forecast",
+    "CampaignForecast",
+    "ModelEvidence",
     "Quantity",
     "TestForecast",
     "document_of",

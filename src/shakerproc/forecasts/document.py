@@ -1,21 +1,165 @@
-"""A forecast as JSON, ``shakerproc-forecast/1``."""
+"""A forecast as JSON, ``shakerproc-forecast/1``, and in sentences."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, Final
 
-from shakerproc.forecasts.force_limits import C_SQUARED
-from shakerproc.forecasts.forecast import Forecast, TestForecast
-from shakerproc.forecasts.ladder import LastStep
-from shakerproc.forecasts.levels import told_level
-from shakerproc.forecasts.notch_plan import Notched, NotchPlan, lower_drive
-from shakerproc.forecasts.notched_profiles import WRITTEN
+from shakerproc.data import STANDARD_GRAVITY
+from shakerproc.forecasts.forecast import CampaignForecast, TestForecast
+from shakerproc.forecasts.levels import decibels, raised_level_text
+from shakerproc.forecasts.limits import JudgedLimit
+from shakerproc.forecasts.model_error import LastStep
+from shakerproc.forecasts.notch_plan import NotchedTest, NotchPlan, lower_drive
+from shakerproc.forecasts.notches import C_SQUARED, PROFILE_UNITS
 from shakerproc.forecasts.quantities import Quantity
-from shakerproc.forecasts.sentences import sentences
+from shakerproc.numerals import numeral
+
+SHOWN: Final[Mapping[str, tuple[str, float]]] = MappingProxyType({
+    "m/s^2": ("g", STANDARD_GRAVITY),
+    "m": ("mm", 1e-3),
+})
+"""Unit that a quantity is shown in, and its size in SI; others are shown in SI."""
 
 SCHEMA: Final = "shakerproc-forecast/1"
 """What a forecast.json holds."""
 
 
-def document_of(found: Forecast) -> dict[str, Any]:
+def headline(found: CampaignForecast) -> str:
+    """Return go or no-go of all planned tests, with the limit that decides."""
+    judged = [(one, limit) for one in found.tests for limit in one.limits]
+    if not judged:
+        return "no verdict: the log has no limits; add limits: {ch3: 40 g peak}, say"
+    test, worst = max(judged, key=lambda pair: pair[1].probability)
+    told = f"test {test.planned.test.id} exceeds {worst.name} {limit_text(worst)}"
+    if all(one.go for one in found.tests):
+        return f"go: every limit is kept; at most {percent(worst.probability)} that {told}"
+    verdict = f"no-go: {told} with a probability of {percent(worst.probability)}"
+    plan = test.notch
+    if plan is None or plan.found is None:
+        return verdict
+    return f"{verdict}; notched, each limit is kept with {percent(plan.wish.probability)}"
+
+
+def sentences(one: TestForecast) -> list[str]:
+    """Return the findings on a planned test, a sentence each."""
+    found = [*departures(one), *(_of_limit(one, judged) for judged in one.limits)]
+    return found if one.notch is None else [*found, *of_notches(one, one.notch)]
+
+
+def departures(one: TestForecast) -> list[str]:
+    """Return where responses depart from linear scaling, and why, a sentence each."""
+    found = [*filter(None, (_departure(one, name) for name in one.run.motion.responses))]
+    if found and one.reasons:
+        found.append(f"Why: {'; '.join(one.reasons)}.")
+    for quantity, value in one.swept_back.items():
+        unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
+        there, here = (numeral(v / factor) for v in (value, one.spreads[quantity].value))
+        found.append(
+            f"Swept the other way, {quantity.name} reaches {there} {unit} instead of {here} "
+            f"{unit}: it depends on where the sweep comes from."
+        )
+    return found
+
+
+def _of_limit(one: TestForecast, judged: JudgedLimit) -> str:
+    level = "" if judged.level_db is None else (
+        f"; 5 % at {raised_level_text(one.planned.test, judged.level_db)}"
+    )  # fmt: skip
+    share = percent(judged.probability)
+    return f"{judged.name} {limit_text(judged)} is exceeded with {share}{level}."
+
+
+def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
+    """Return the effects of notches on a planned test, a sentence each."""
+    found = []
+    if plan.found is not None:
+        each = f"each limit with {percent(plan.wish.probability)}"
+        found.append(f"Notches keep {each}: {_taken(one, plan.found)}.")
+        rows: dict[str, list[str]] = {}
+        for quantity, cost in plan.found.cost_db.items():
+            word = "its largest value" if quantity.what == "peak" else quantity.what
+            rows.setdefault(quantity.name, []).append(f"{cost:.1f} dB of {word}")
+        found += [f"They cost {name} {' and '.join(told)}." for name, told in rows.items()]
+        found.append(f"Under other phases {_exceeded(one, plan.found)}.")
+    elif plan.needless:
+        found.append(f"No notch is needed: {plan.why_none}.")
+    else:
+        levels = [judged.level_db for judged in one.limits]
+        known = [level for level in levels if level is not None]
+        to = f" to {raised_level_text(one.planned.test, min(known))}" if known else ""
+        found.append(f"No notch keeps every limit: {plan.why_none}{to}.")
+    if plan.by_force is not None:
+        found.append(
+            f"Force limiting (NASA-HDBK-7004C, C^2 = {C_SQUARED:g}) would take "
+            f"{_taken(one, plan.by_force)}: {_exceeded(one, plan.by_force)}."
+        )
+    return found
+
+
+def _taken(one: TestForecast, notched: NotchedTest) -> str:
+    lower = lower_drive(notched, one.planned.test)
+    drive = f", the drive {lower:.1f} dB lower" if lower > 0.0 else ""
+    octaves = numeral(notched.octaves, 2)
+    return f"{notched.deepest_db:.1f} dB at most, over {octaves} octaves{drive}"
+
+
+def _exceeded(one: TestForecast, notched: NotchedTest) -> str:
+    each = [
+        f"{judged.name} {limit_text(judged)} is exceeded with {percent(probability)}"
+        for judged, probability in zip(one.limits, notched.exceeds, strict=True)
+    ]
+    return ", ".join(each)
+
+
+def _departure(one: TestForecast, name: str) -> str:
+    """Return where a response departs from linear scaling by more than its band."""
+    told = []
+    for quantity, spread in one.spreads.items():
+        if quantity.whose != "response" or quantity.name != name:
+            continue
+        linear = one.linear[quantity]
+        if spread.holds(linear):
+            continue
+        if quantity.what == "peak_frequency_hz":
+            told.append(
+                f"its peak moves from {numeral(linear, 4)} to {numeral(spread.value, 4)} Hz"
+            )
+        else:
+            apart = decibels(spread.value / linear)
+            word = "more" if apart > 0.0 else "less"
+            told.append(f"{quantity.what} is {numeral(abs(apart), 2)} dB {word}")
+    if not told:
+        return ""
+    run = one.run.measured
+    return f"{name} departs from linear scaling of test {run.name}: {', '.join(told)}."
+
+
+def owner(quantity: Quantity) -> str:
+    """Return the owner of a quantity (response, joint, shaker), for people."""
+    if quantity.whose == "response":
+        return quantity.name
+    if quantity.whose == "force":
+        return "specimen"
+    return f"{quantity.whose} {quantity.name}".strip()
+
+
+def percent(probability: float) -> str:
+    """Return a probability for people."""
+    if probability < 0.001:
+        return "less than 0.1 %"
+    if probability > 0.999:
+        return "more than 99.9 %"
+    return f"{numeral(100.0 * probability, 2)} %"
+
+
+def limit_text(judged: JudgedLimit) -> str:
+    """Return the value of a limit for people, in g where it is an acceleration."""
+    limit = judged.limit
+    unit, factor = SHOWN.get(limit.unit, (limit.unit, 1.0))
+    return f"{numeral(limit.value / factor)} {unit}"
+
+
+def document_of(found: CampaignForecast) -> dict[str, Any]:
     """Return a forecast as JSON holds it: SI units, 90 % bands."""
     kinds = ("rms", "peak", "peak_frequency_hz")
     errors = {}
@@ -77,7 +221,7 @@ def _test(one: TestForecast) -> dict[str, Any]:
     test = one.planned.test
     found = {
         "id": test.id,
-        "level": told_level(test),
+        "level": raised_level_text(test),
         "go": one.go,
         "excitation": test.excitation,
         "duration_s": one.planned.duration,
@@ -92,7 +236,9 @@ def _test(one: TestForecast) -> dict[str, Any]:
                 "unit": judged.limit.unit,
                 "probability": judged.probability,
                 "level_at_5_percent": (
-                    None if judged.level_db is None else told_level(test, judged.level_db)
+                    None
+                    if judged.level_db is None
+                    else raised_level_text(test, judged.level_db)
                 ),
             }
             for judged in one.limits
@@ -119,18 +265,18 @@ def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
     return {"notch": [] if found is None else _breakpoints(found), "notch_plan": told}
 
 
-def _breakpoints(notched: Notched) -> list[dict[str, float]]:
+def _breakpoints(notched: NotchedTest) -> list[dict[str, float]]:
     profile = notched.test.profile
     if profile is None:
         return []
-    _, scale, key = WRITTEN[profile.unit]
+    _, scale, key = PROFILE_UNITS[profile.unit]
     return [
         {"frequency_hz": at, key: level / scale}
         for at, level in zip(profile.frequency_hz, profile.level, strict=True)
     ]
 
 
-def _notched(one: TestForecast, notched: Notched) -> dict[str, Any]:
+def _notched(one: TestForecast, notched: NotchedTest) -> dict[str, Any]:
     costs: dict[str, dict[str, float]] = {}
     for quantity, cost in notched.cost_db.items():
         costs.setdefault(quantity.name, {})[f"{quantity.what}_db"] = cost

@@ -12,10 +12,15 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
-from shakerproc.forecasts.extremes import largest_in
-from shakerproc.forecasts.motion import Motion, motion_of
-from shakerproc.forecasts.passages import passage
-from shakerproc.forecasts.quantities import Quantity, densities, samples_of, values_of_motion
+from shakerproc.forecasts.motion import TestMotion, motion_of
+from shakerproc.forecasts.notches import passage
+from shakerproc.forecasts.quantities import (
+    Quantity,
+    densities,
+    largest_in,
+    samples_of,
+    values_of_motion,
+)
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
@@ -209,7 +214,7 @@ def ensemble(
     )
 
 
-def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> Motion:
+def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> TestMotion:
     """Return the motion of the fitted numbers, without any error of calibration.
 
     Raises
@@ -238,7 +243,7 @@ def _largest(longer: float, generator: np.random.Generator, samples: FloatArray)
 
 @final
 class Drives:
-    """What drives the simulated tests of a plan: phases drawn anew for each.
+    """Drives of the simulated tests of a plan, phases drawn anew for each.
 
     Parameters
     ----------
@@ -255,7 +260,7 @@ class Drives:
 
     def motion(
         self, number: int, model: Model, gains: FloatArray, louder: float
-    ) -> Motion | None:
+    ) -> TestMotion | None:
         """Return the motion of a model in one of the tests; None where it runs away.
 
         `gains` are those of the sensors, `louder` that of the drive [-].

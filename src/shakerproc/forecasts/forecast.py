@@ -1,4 +1,4 @@
-"""What planned tests will do, with bands that were earned on the levels that were run."""
+"""Forecasts of planned tests, with bands that were earned on the levels that were run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,6 @@ from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
 from shakerproc.errors import DiagnosisError, LogError
-from shakerproc.forecasts.bands import Spread, spread_of
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
     Drives,
@@ -22,8 +21,6 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
-from shakerproc.forecasts.extremes import largest_in
-from shakerproc.forecasts.ladder import LastStep, last_step
 from shakerproc.forecasts.levels import (
     amplitude_of,
     amplitude_of_measured,
@@ -33,16 +30,19 @@ from shakerproc.forecasts.levels import (
     grouped,
     in_order,
 )
-from shakerproc.forecasts.limits import ALLOWED, Judged, level_of, quantity_of
+from shakerproc.forecasts.limits import ALLOWED, JudgedLimit, level_of, quantity_of
 from shakerproc.forecasts.model_error import (
     Error,
+    LastStep,
     LevelError,
-    Run,
+    ModelledRun,
     error_of,
+    last_step,
     level_errors,
     prepared_drive,
     run_of,
 )
+from shakerproc.forecasts.motion import reasons
 from shakerproc.forecasts.notch_plan import (
     NotchPlan,
     NotchTask,
@@ -50,8 +50,14 @@ from shakerproc.forecasts.notch_plan import (
     check_notches,
     notch_plan,
 )
-from shakerproc.forecasts.quantities import Quantity, densities, values_of_motion
-from shakerproc.forecasts.reasons import reasons
+from shakerproc.forecasts.quantities import (
+    Quantity,
+    UncertainQuantity,
+    densities,
+    largest_in,
+    spread_of,
+    values_of_motion,
+)
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test
@@ -69,14 +75,14 @@ FAR_DB: Final = 12.0
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Evidence:
-    """What tests that were run tell of the model.
+class ModelEvidence:
+    """Numbers of the model from tests that were run, and its errors there.
 
     Attributes
     ----------
     numbers : FittedNumbers
         Fitted to all of them that are not held out.
-    runs : tuple of Run
+    runs : tuple of ModelledRun
         Every test that was run beside the fitted model, the lowest level first.
     errors : tuple of LevelError
         Of levels that were fitted, and of each forecast from those below it.
@@ -85,7 +91,7 @@ class Evidence:
     """
 
     numbers: FittedNumbers
-    runs: tuple[Run, ...]
+    runs: tuple[ModelledRun, ...]
     errors: tuple[LevelError, ...]
     highest: float
 
@@ -100,7 +106,7 @@ class Evidence:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class TestForecast:
-    """What one planned test will do.
+    """Forecast of one planned test.
 
     Attributes
     ----------
@@ -110,13 +116,13 @@ class TestForecast:
         Its level above the highest that was fitted [dB].
     made : Ensemble
         Simulated at its level.
-    spreads : mapping of Quantity to Spread
+    spreads : mapping of Quantity to UncertainQuantity
         Each quantity with its band.
     linear : mapping of Quantity to float
         What scaling of the highest level that was run says [unit of the quantity].
-    limits : tuple of Judged
+    limits : tuple of JudgedLimit
         Limits of the log.
-    run : Run
+    run : ModelledRun
         The highest level that was run, which is scaled.
     reasons : tuple of str
         What joints do otherwise than there.
@@ -132,10 +138,10 @@ class TestForecast:
     planned: Planned
     distance_db: float
     made: Ensemble
-    spreads: dict[Quantity, Spread]
+    spreads: dict[Quantity, UncertainQuantity]
     linear: dict[Quantity, float]
-    limits: tuple[Judged, ...]
-    run: Run
+    limits: tuple[JudgedLimit, ...]
+    run: ModelledRun
     reasons: tuple[str, ...]
     swept_back: dict[Quantity, float] = field(default_factory=dict)
     notch: NotchPlan | None = None
@@ -150,14 +156,14 @@ class TestForecast:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Forecast:
-    """What planned tests will do.
+class CampaignForecast:
+    """Forecasts of planned tests.
 
     Attributes
     ----------
     title : str
         Of the log.
-    evidence : Evidence
+    evidence : ModelEvidence
         What it rests on.
     tests : tuple of TestForecast
         In the order of the log.
@@ -168,7 +174,7 @@ class Forecast:
     """
 
     title: str
-    evidence: Evidence
+    evidence: ModelEvidence
     tests: tuple[TestForecast, ...]
     notes: tuple[str, ...]
     step: LastStep | None = None
@@ -184,8 +190,8 @@ def forecast_tests(
     earlier: Mapping[str, Any] | None = None,
     seed: int = 0,
     say: Callable[[str], None] = lambda _text: None,
-) -> Forecast:
-    """Return what planned tests will do.
+) -> CampaignForecast:
+    """Return the forecasts of planned tests.
 
     Parameters
     ----------
@@ -232,13 +238,13 @@ def forecast_tests(
             own = replace(own, notch=notch_plan(task, say))
         made.append(own)
     step = last_step(found.errors, earlier)
-    return Forecast(log.title, found, tuple(made), _notes(found, made), step)
+    return CampaignForecast(log.title, found, tuple(made), _notes(found, made), step)
 
 
 def evidence_of(
     model: Model, levels: Sequence[Sequence[Measured]], say: Callable[[str], None]
-) -> Evidence:
-    """Return what tests tell of a model: its numbers, and how far it misses the next level.
+) -> ModelEvidence:
+    """Return the numbers of a model by tests, and how far it misses the next level.
 
     Parameters
     ----------
@@ -273,7 +279,7 @@ def evidence_of(
             errors += errors_of(numbers_of(below), group, below)
         below += tuple(test for test in group if not test.test.hold_out)
     runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
-    return Evidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
+    return ModelEvidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
 
 
 def _levels(log: TestLog, tests: Sequence[Measured]) -> list[list[Measured]]:
@@ -335,7 +341,7 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
 
 
 def _forecast(
-    evidence: Evidence,
+    evidence: ModelEvidence,
     planned: Planned,
     limits: Sequence[tuple[Limit, Quantity]],
     seed: int,
@@ -361,7 +367,7 @@ def _forecast(
     for limit, quantity in limits:
         reached = level_of(partial(beyond, quantity, limit.value))
         exceeds = spreads[quantity].exceeds(limit.value)
-        judged.append(Judged(limit, quantity, exceeds, reached))
+        judged.append(JudgedLimit(limit, quantity, exceeds, reached))
     run = _scaled_run(evidence, planned)
     ratio = amplitude / amplitude_of_measured(run.measured)
     motion = fitted_motion(evidence.numbers, drives)
@@ -374,7 +380,10 @@ def _forecast(
 
 
 def swept_back(
-    numbers: FittedNumbers, planned: Planned, spreads: Mapping[Quantity, Spread], seed: int
+    numbers: FittedNumbers,
+    planned: Planned,
+    spreads: Mapping[Quantity, UncertainQuantity],
+    seed: int,
 ) -> dict[Quantity, float]:
     """Return the largest responses of a sweep in the other direction that leave their bands.
 
@@ -386,7 +395,7 @@ def swept_back(
         What the tests tell of the model.
     planned : Planned
         The test; of any other excitation nothing is returned.
-    spreads : mapping of Quantity to Spread
+    spreads : mapping of Quantity to UncertainQuantity
         Its quantities as planned.
     seed : int
         Of all that is drawn.
@@ -407,8 +416,12 @@ def swept_back(
 
 
 def _spread(
-    evidence: Evidence, test: Test, quantity: Quantity, drawn: FloatArray, above: float = 0.0
-) -> Spread:
+    evidence: ModelEvidence,
+    test: Test,
+    quantity: Quantity,
+    drawn: FloatArray,
+    above: float = 0.0,
+) -> UncertainQuantity:
     """Return a quantity with its model error, so far above the level of a planned test [dB]."""
     error = evidence.error(quantity)
     if error is None:
@@ -417,16 +430,16 @@ def _spread(
     return spread_of(drawn, error.at(distance), error.freedom)
 
 
-def _scaled_run(evidence: Evidence, planned: Planned) -> Run:
+def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
     """Return the highest level that was run, of the same excitation where there is one."""
     alike = [r for r in evidence.runs if r.measured.test.excitation == planned.test.excitation]
     return max(alike or evidence.runs, key=lambda run: amplitude_of_measured(run.measured))
 
 
 def _linear(
-    run: Run, spreads: dict[Quantity, Spread], drive: float, ratio: float
+    run: ModelledRun, spreads: dict[Quantity, UncertainQuantity], drive: float, ratio: float
 ) -> dict[Quantity, float]:
-    """Return what scaling of a run says of each quantity.
+    """Return each quantity by linear scaling of a run.
 
     Of responses as measured; of joints and forces, which no sensor measures, as the model has
     them under the measured drive. A drive that is measured at rest in part is scaled as it is.
@@ -445,7 +458,7 @@ def _linear(
     return found
 
 
-def _notes(evidence: Evidence, tests: Sequence[TestForecast]) -> tuple[str, ...]:
+def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str, ...]:
     found = []
     if evidence.numbers.untold:
         names = ", ".join(evidence.numbers.untold)

@@ -66,7 +66,7 @@ def excited_band(test: Test) -> tuple[float, float] | None:
     return test.band
 
 
-def told_level(test: Test, decibel: float = 0.0) -> str:
+def raised_level_text(test: Test, decibel: float = 0.0) -> str:
     """Return the level of a test as a log writes it, so many decibels higher [dB]."""
     if test.level is None or test.level_unit is None:
         named = f"profile {test.profile.name}" if test.profile else "its level"

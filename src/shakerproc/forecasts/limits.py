@@ -26,8 +26,8 @@ FARTHEST_DB: Final = 12.0
 
 @final
 @dataclass(frozen=True, slots=True)
-class Judged:
-    """A limit, and what a planned test does to it.
+class JudgedLimit:
+    """A limit, and the probability that a planned test exceeds it.
 
     Attributes
     ----------
@@ -48,12 +48,12 @@ class Judged:
 
     @property
     def name(self) -> str:
-        """What it limits, for people."""
+        """Name of the limited quantity, for people."""
         return name_of(self.limit)
 
 
 def name_of(limit: Limit) -> str:
-    """Return what a limit is of, for people."""
+    """Return the name of the limited quantity, for people."""
     if limit.whose == "response":
         return f"{limit.name} {limit.statistic}"
     what = what_of_joint(limit) if limit.whose == "joint" else ""

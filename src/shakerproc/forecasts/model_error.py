@@ -1,8 +1,8 @@
-"""How far the model misses a level that it was not fitted to, from levels that were run."""
+"""Model error at levels that were not fitted to, and the last level: predicted, measured."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import SimulationError
 from shakerproc.forecasts.levels import amplitude_of_measured, decibels
-from shakerproc.forecasts.motion import Motion, motion_of
+from shakerproc.forecasts.motion import TestMotion, motion_of
 from shakerproc.forecasts.quantities import Density, Quantity, densities, values_of_response
 from shakerproc.models import Model
 from shakerproc.simulation import Input
@@ -27,6 +27,9 @@ FINEST_DB: Final = 0.1
 UNEXPLAINED: Final = 4.0
 """Standard deviations from which an error is surely more than chance: one in some 16 000, rare
 among all levels, responses and quantities of a log [-]."""
+
+Told: TypeAlias = dict[tuple[str, str], tuple[float, float, float]]
+"""From a response and a quantity of it to the value and its band [unit]."""
 
 
 @final
@@ -62,7 +65,7 @@ class LevelError:
 
     @property
     def is_unexplained(self) -> bool:
-        """Whether chance, calibration and what the numbers leave open explain it not at all."""
+        """Whether chance, calibration and the uncertainty of the numbers do not explain it."""
         return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
 
 
@@ -127,8 +130,8 @@ def error_of(errors: Sequence[LevelError]) -> Error:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Run:
-    """A test that was run, with what the model says of it.
+class ModelledRun:
+    """A test that was run, with the motion that the model predicts.
 
     Attributes
     ----------
@@ -138,17 +141,17 @@ class Run:
         What was measured.
     spectra : mapping of str to Density
         Density of each response, measured.
-    motion : Motion
+    motion : TestMotion
         Of the model under the measured drive.
     """
 
     measured: Measured
     values: dict[Quantity, float]
     spectra: dict[str, Density]
-    motion: Motion
+    motion: TestMotion
 
 
-def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> Run:
+def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> ModelledRun:
     """Return a test that was run beside the motion of the fitted model.
 
     Parameters
@@ -171,7 +174,7 @@ def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> Run:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
     rows = in_band(measured.responses, measured.sample_rate, measured.band)
     values, spectra = _of_responses(model, measured, rows)
-    return Run(measured, values, spectra, motion)
+    return ModelledRun(measured, values, spectra, motion)
 
 
 def prepared_drive(measured: Measured) -> Input:
@@ -182,7 +185,7 @@ def prepared_drive(measured: Measured) -> Input:
 def level_errors(
     numbers: FittedNumbers, tests: Mapping[Measured, Input], highest: float
 ) -> list[LevelError]:
-    """Return how far numbers miss what tests measured.
+    """Return how far the numbers of a model miss the measurements of tests.
 
     Parameters
     ----------
@@ -216,7 +219,7 @@ def level_errors(
     return found
 
 
-def _predicted(motion: Motion, model: Model, measured: Measured) -> dict[Quantity, float]:
+def _predicted(motion: TestMotion, model: Model, measured: Measured) -> dict[Quantity, float]:
     rows = np.array([motion.responses[name] for name in measured.sensors])
     return _of_responses(model, measured, rows)[0]
 
@@ -231,3 +234,129 @@ def _of_responses(
         unit = model.sensor_unit(model.sensors[name])
         values |= values_of_response(name, unit, samples, spectrum)
     return values, dict(zip(measured.sensors, spectra, strict=True))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StepValue:
+    """A quantity of a response: predicted and measured.
+
+    Attributes
+    ----------
+    response, what, unit : str
+        Which, and its SI unit.
+    predicted, measured : float
+        Before the test, or from the levels below it; and in the test [unit].
+    low, high : float, optional
+        The 90 % band that was told before the test [unit].
+    """
+
+    response: str
+    what: str
+    unit: str
+    predicted: float
+    measured: float
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def error_db(self) -> float:
+        """Predicted over measured [dB]."""
+        return decibels(self.predicted / self.measured)
+
+    @property
+    def held(self) -> bool | None:
+        """Whether the band held it; None where none was told before."""
+        if self.low is None or self.high is None:
+            return None
+        return self.low <= self.measured <= self.high
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LastStep:
+    """The highest level that was run, predicted and measured.
+
+    Attributes
+    ----------
+    test : str
+        Id of the test.
+    told_before : bool
+        Whether it was forecast before it was run; else from the levels below it, under the
+        drive that was measured.
+    values : tuple of StepValue
+        Every response.
+    """
+
+    test: str
+    told_before: bool
+    values: tuple[StepValue, ...]
+
+    @property
+    def sentence(self) -> str:
+        """How it went."""
+        if not self.told_before:
+            worst = max(self.values, key=lambda one: abs(one.error_db))
+            return (
+                f"Test {self.test}, predicted from the levels below it: missed by "
+                f"{abs(worst.error_db):.2g} dB at most ({worst.response})."
+            )
+        held = sum(1 for one in self.values if one.held)
+        return (
+            f"Test {self.test} was forecast before it was run: {held} of {len(self.values)} "
+            "values lie in their 90 % bands."
+        )
+
+
+def last_step(
+    errors: Sequence[LevelError], earlier: Mapping[str, Any] | None
+) -> LastStep | None:
+    """Return the highest level that was run, predicted and measured; None where there is none.
+
+    Parameters
+    ----------
+    errors : sequence of LevelError
+        Of levels, the highest last.
+    earlier : mapping, optional
+        The document of the forecast that was made before, if any.
+    """
+    if not errors or not errors[-1].distance_db:
+        return None
+    test = errors[-1].test
+    own = [one for one in errors if one.test == test and one.distance_db]
+    before = _earlier_prediction(earlier or {}, test)
+    values = []
+    for one in own:
+        found = before.get((one.quantity.name, one.quantity.what))
+        predicted, low, high = found or (one.predicted, None, None)
+        values.append(
+            StepValue(
+                one.quantity.name, one.quantity.what, one.quantity.unit, predicted,
+                one.measured, low, high,
+            )
+        )  # fmt: skip
+    return LastStep(test, all(one.low is not None for one in values), tuple(values))
+
+
+def _earlier_prediction(earlier: Mapping[str, Any], test: str) -> Told:
+    """Return the responses that an earlier document predicted of a test before it was run.
+
+    A document that somebody changed by hand told nothing.
+    """
+    found: Told = {}
+    try:
+        for one in earlier.get("tests", ()):
+            if str(one["id"]) == test:
+                for name, rows in one["responses"].items():
+                    for what, row in rows.items():
+                        band = (float(row["low"]), float(row["high"]))
+                        found[name, what] = (float(row["value"]), *band)
+                return found
+        step = earlier.get("last_step")
+        if step and step["test"] == test and step["told_before"]:
+            for row in step["values"]:
+                told = (float(row["predicted"]), float(row["low"]), float(row["high"]))
+                found[row["response"], row["what"]] = told
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return {}
+    return found

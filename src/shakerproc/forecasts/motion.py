@@ -1,6 +1,6 @@
-"""The motion of a model in a test: responses, joints and the table that shakes it."""
+"""The motion of a model in a test, and the laws of its joints by which two levels differ."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias, final
 
@@ -12,9 +12,11 @@ from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.comparison.joints import law_along
 from shakerproc.data import FloatArray
-from shakerproc.models import BASE, Model, Sensor
+from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model, Sensor
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects.attached_mode import AttachedMode
-from shakerproc.models.parallel_elements import resolved
+from shakerproc.models.laws import Law
+from shakerproc.numerals import numeral
 from shakerproc.simulation import Input, Runs, free_runs
 
 What: TypeAlias = Literal[
@@ -28,10 +30,14 @@ _OF_TABLE: Final[tuple[tuple[What, str], ...]] = (
     ("acceleration", "m/s^2"), ("velocity", "m/s"), ("displacement", "m"),
 )  # fmt: skip
 
+CHANGED: Final = 0.02
+"""Change of a joint's stiffness or damping that is told [-]: a resonance moves by half of it,
+1 %."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class JointMotion:
+class JointHistory:
     """Displacement of the second place against the first [m], velocity [m/s] and force [N]."""
 
     displacement: FloatArray
@@ -41,7 +47,7 @@ class JointMotion:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class TestMotion:
     """Motion of a model in one test.
 
     Attributes
@@ -52,8 +58,8 @@ class Motion:
         What drove it [m/s^2 or N].
     responses : mapping of str to (n,) array
         What each sensor records within the band [unit of the sensor].
-    joints : mapping of (str, str) to JointMotion
-        Motion and force in each joint.
+    joints : mapping of (str, str) to JointHistory
+        TestMotion and force in each joint.
     table : tuple of (What, (n,) array, str)
         Acceleration, velocity and displacement of the base, with their units; none where a
         force drives, or nobody asked.
@@ -62,7 +68,7 @@ class Motion:
     sample_rate: float
     drive: FloatArray
     responses: Mapping[str, FloatArray]
-    joints: Mapping[tuple[str, str], JointMotion]
+    joints: Mapping[tuple[str, str], JointHistory]
     table: tuple[tuple[What, FloatArray, str], ...]
 
 
@@ -74,7 +80,7 @@ def motion_of(
     gains: FloatArray,
     *,
     table: bool = False,
-) -> Motion | None:
+) -> TestMotion | None:
     """Return the motion of a model from rest; None where it runs away.
 
     Parameters
@@ -100,7 +106,7 @@ def motion_of(
     rows = dict(zip(probed.sensors, at_samples(probed, found.outputs[0]), strict=True))
     rate = given.sample_rate
     responses = in_band(np.array([rows[name] for name in model.sensors]), rate, band)
-    return Motion(
+    return TestMotion(
         rate,
         drive,
         dict(zip(model.sensors, gains[:, None] * responses, strict=True)),
@@ -120,7 +126,7 @@ def _probed(model: Model) -> Model:
 
 def _joint(
     model: Model, pair: tuple[str, str], rows: Mapping[str, FloatArray], rate: float
-) -> JointMotion:
+) -> JointHistory:
     """Return the motion of a joint, and the force of all laws between its places."""
     still = np.zeros_like(next(iter(rows.values())))
     displacement, velocity = (
@@ -133,7 +139,7 @@ def _joint(
         same = set(element.between) == set(pair)
         if same and not isinstance(element.effect, AttachedMode):
             force = force + law_along(element, pair, displacement, velocity, rate)
-    return JointMotion(displacement, velocity, force)
+    return JointHistory(displacement, velocity, force)
 
 
 def _table(
@@ -151,3 +157,90 @@ def _table(
         samples = scipy.fft.irfft(spectrum / (1j**order * divisor), length)[: drive.size]
         found.append((what, samples, model.unit_of(unit)))
     return tuple(found)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class JointLaw:
+    r"""Linear law nearest to that of a joint over one motion, by least squares.
+
+    .. math:: F \approx k z + c \dot z
+
+    Attributes
+    ----------
+    stiffness, damping : float
+        :math:`k` [N/m] and :math:`c` [N s/m].
+    """
+
+    stiffness: float
+    damping: float
+
+
+def law_of(joint: JointHistory) -> JointLaw:
+    """Return the linear law nearest to that of a joint over its motion."""
+    columns = np.stack([joint.displacement, joint.velocity])
+    gram = columns @ columns.T
+    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    found = np.linalg.lstsq(gram / np.outer(scale, scale), columns @ joint.force / scale)[0]
+    stiffness, damping = found / scale
+    return JointLaw(float(stiffness), float(damping))
+
+
+def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
+    """Return how joints differ from the highest level that was run, a clause each.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    before, after : TestMotion
+        At the highest level that was run, and at the one that is forecast.
+    """
+    found = []
+    for pair, there in after.joints.items():
+        here = before.joints[pair]
+        own = [one for one in resolved(model) if set(one.between) == set(pair)]
+        told = _of_laws(own, pair, here, there)
+        was, now = law_of(here), law_of(there)
+        moved = []
+        for name, one, other in (
+            ("stiffness", was.stiffness, now.stiffness), ("damping", was.damping, now.damping)
+        ):  # fmt: skip
+            if abs(other - one) > CHANGED * abs(one):
+                moved.append(f"{name} {(other - one) / abs(one):+.0%}")
+        if told or moved:
+            clauses = [*told, *([f"effective {' and '.join(moved)}"] if moved else [])]
+            found.append(f"joint {'-'.join(pair)}: {', '.join(clauses)}")
+    return found
+
+
+def _of_laws(
+    elements: Sequence[Element], pair: tuple[str, str], here: JointHistory, there: JointHistory
+) -> list[str]:
+    """Return how the laws of a joint differ, by their kinds."""
+    found = []
+    for element in elements:
+        effect, turn = element.effect, 1.0 if element.between == pair else -1.0
+        name = effect.kind.replace("_", " ")
+        laws = {row.law for row in effect.rows()}
+        if isinstance(effect, AbstractMemorylessEffect) and Law.FRICTION not in laws:
+            walls = [s.at for s in effect.switches() if s.variable == "displacement" and s.at]
+            was, now = (_beyond(walls, turn * one.displacement) for one in (here, there))
+            if walls and now > 0.0 and now - was > CHANGED * now:
+                closed = "closes" if was == 0.0 else f"is in contact {numeral(100 * was, 2)} % "
+                rest = (
+                    ""
+                    if was == 0.0
+                    else f"of the time there and {numeral(100 * now, 2)} % here"
+                )
+                found.append(f"the {name} {closed}{rest}")
+        elif Law.FRICTION in laws or not isinstance(effect, AbstractMemorylessEffect):
+            found.append(f"the {name} slips further")
+    return found
+
+
+def _beyond(walls: Sequence[float], displacement: FloatArray) -> float:
+    """Return the share of time beyond the nearest walls [-]."""
+    above = min([wall for wall in walls if wall > 0.0], default=np.inf)
+    below = max([wall for wall in walls if wall < 0.0], default=-np.inf)
+    return float(np.mean((displacement > above) | (displacement < below)))

@@ -9,7 +9,6 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.errors import LogError
-from shakerproc.forecasts.bands import Spread
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
     Drives,
@@ -18,12 +17,19 @@ from shakerproc.forecasts.ensemble import (
     ensemble,
     n_draws,
 )
-from shakerproc.forecasts.force_limits import INTO, force_limited
 from shakerproc.forecasts.levels import amplitude_of, decibels
-from shakerproc.forecasts.notched_profiles import demand_at, notched_test
-from shakerproc.forecasts.notches import CLOSE, Bound, reduction_of
-from shakerproc.forecasts.passages import PER_OCTAVE, centres_of_bins
-from shakerproc.forecasts.quantities import Quantity
+from shakerproc.forecasts.notches import (
+    BREAKPOINT_ERROR,
+    FORCE_INTO,
+    PER_OCTAVE,
+    Bound,
+    centres_of_bins,
+    demand_at,
+    force_limited,
+    notched_test,
+    reduction_of,
+)
+from shakerproc.forecasts.quantities import Quantity, UncertainQuantity
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.limits import Limit
 
@@ -49,14 +55,14 @@ WIDEST: Final = 0.5
 FRESH: Final = 3
 """Seeds that verify a plan, each after it was deepened by what the last one missed [-]."""
 
-Spreads: TypeAlias = Callable[[Test, Quantity, FloatArray], Spread]
+Spreads: TypeAlias = Callable[[Test, Quantity, FloatArray], UncertainQuantity]
 """From a planned test, a quantity and its drawn values to all that it may be."""
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class NotchWish:
-    """What a notch plan keeps, and how steep its edges are.
+    """Probability that a notch plan keeps, and the slope of its edges.
 
     Attributes
     ----------
@@ -80,8 +86,8 @@ class NotchWish:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Notched:
-    """A notched test, and what the notches do.
+class NotchedTest:
+    """A notched test, and the effect of its notches.
 
     Attributes
     ----------
@@ -111,20 +117,20 @@ class NotchPlan:
     ----------
     wish : NotchWish
         What was asked for.
-    found : Notched, optional
+    found : NotchedTest, optional
         Verified with phases that it was not found with; None where there is none.
     why_none : str
         Why there is none, a clause.
-    by_force : Notched, optional
+    by_force : NotchedTest, optional
         Semi-empirical force limiting beside it; None where no base drives, or all is kept.
     needless : bool
         Whether every limit is kept without any notch.
     """
 
     wish: NotchWish
-    found: Notched | None
+    found: NotchedTest | None
     why_none: str = ""
-    by_force: Notched | None = None
+    by_force: NotchedTest | None = None
     needless: bool = False
 
 
@@ -297,12 +303,12 @@ def _next(
     return reduction_of(np.log2(frequency), bounds, least, task.wish.slope)
 
 
-def _by_force(task: NotchTask) -> Notched | None:
-    """Return what semi-empirical force limiting makes of the test."""
+def _by_force(task: NotchTask) -> NotchedTest | None:
+    """Return the test under semi-empirical force limiting."""
     model = task.numbers.model
     if not model.excitation.moves_base:
         return None
-    into = next(quantity for quantity in task.made.values if quantity.whose == INTO)
+    into = next(quantity for quantity in task.made.values if quantity.whose == FORCE_INTO)
     few = ensemble(
         task.numbers, Drives(task.planned, task.seed), PAIRED_DRAWS, watched=[into]
     )  # fmt: skip
@@ -320,7 +326,7 @@ def _notched(
     test: Test,
     reduction: FloatArray,
     values: Mapping[Quantity, FloatArray],
-) -> Notched:
+) -> NotchedTest:
     exceeds = tuple(
         task.spread(test, quantity, values[quantity]).exceeds(limit.value)
         for limit, quantity in task.limits
@@ -330,7 +336,7 @@ def _notched(
         for quantity, before in task.made.values.items()
         if quantity.whose == "response" and quantity.what != "peak_frequency_hz"
     }
-    return Notched(test, float(np.max(reduction)), _octaves(reduction), exceeds, cost)
+    return NotchedTest(test, float(np.max(reduction)), _octaves(reduction), exceeds, cost)
 
 
 def _sweeps(task: NotchTask) -> bool:
@@ -339,10 +345,10 @@ def _sweeps(task: NotchTask) -> bool:
 
 def _octaves(reduction: FloatArray) -> float:
     """Return over how many octaves there is a reduction [-]."""
-    return float(np.count_nonzero(reduction > CLOSE)) / PER_OCTAVE
+    return float(np.count_nonzero(reduction > BREAKPOINT_ERROR)) / PER_OCTAVE
 
 
-def lower_drive(plan: Notched, planned: Test) -> float:
+def lower_drive(plan: NotchedTest, planned: Test) -> float:
     """Return by how much the drive of a notched test is lower, rms or largest [dB]."""
     before, after = amplitude_of(planned), amplitude_of(plan.test)
     return 0.0 if not before or not after else decibels(before / after)

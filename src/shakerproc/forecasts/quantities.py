@@ -1,4 +1,4 @@
-"""What is told of a test: rms, largest value and peak frequency of responses, joints, drive."""
+"""Quantities of a test (rms, largest value, peak frequency), their 90 % bands and limits."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,10 +7,15 @@ from typing import Final, Literal, TypeAlias, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecasts.extremes import largest_in
-from shakerproc.forecasts.motion import Motion, What
+from shakerproc.forecasts.motion import TestMotion, What
 from shakerproc.models import BASE, Model
 from shakerproc.spectra import cross_spectra, find_peaks, psd
+
+BLOCKS: Final = 32
+"""Parts of the samples whose largest values tell the law of the largest of all [-]."""
+
+EULER: Final = 0.5772156649015329
+"""Mean of the standard Gumbel law [-]."""
 
 Whose: TypeAlias = Literal["response", "joint", "force", "shaker"]
 
@@ -19,6 +24,57 @@ SEGMENTS: Final = 24
 
 LONGEST_SEGMENT: Final = 8192
 """Samples of a Welch segment at most."""
+
+Largest: TypeAlias = Callable[[FloatArray], float]
+"""From samples to the largest size of them in the whole duration of a test."""
+
+BAND: Final = 0.9
+"""Probability that the truth lies within a band [-]."""
+
+REPEATS: Final = 200
+"""Draws of the model error for each simulated test: probabilities to a tenth of a per mille
+[-]."""
+
+_PER_DB: Final = np.log(10.0) / 20.0
+
+
+def largest_in(samples: FloatArray, longer: float = 1.0, chance: float = 0.5) -> float:
+    r"""Return the largest size in a duration, drawn where it is longer than the samples.
+
+    .. math:: x_T^2 = u + \beta \left(\ln \frac{T}{B} - \ln(-\ln p)\right), \qquad
+        \beta = \frac{\sqrt 6}{\pi} s_B, \quad u = m_B - \gamma \beta
+
+    with mean :math:`m_B` and standard deviation :math:`s_B` of the squares of the largest sizes
+    in blocks of length :math:`B`: those of narrow-band Gaussian response follow Gumbel's law
+    with one scale whatever the length, twice the variance [2]_. Never below the largest of the
+    samples themselves.
+
+    Parameters
+    ----------
+    samples : (n,) array
+        A motion [any unit].
+    longer : float
+        The duration over that of the samples, 1 where they are all of it [-].
+    chance : float
+        Quantile :math:`p` of the largest value in the rest, drawn evenly from 0 to 1 [-].
+
+    References
+    ----------
+    .. [1] E. J. Gumbel, "Statistics of Extremes", Columbia, 1958, ch. 5.
+    .. [2] A. G. Davenport, "Note on the distribution of the largest value of a random function
+       with application to gust loading", Proc. ICE 28, 187-196, 1964.
+    """
+    size = np.abs(samples - np.mean(samples))
+    own = float(np.max(size))
+    if longer <= 1.0 + 1e-9 or size.size < 2 * BLOCKS:
+        return own
+    n = size.size // BLOCKS
+    largest = size[: n * BLOCKS].reshape(BLOCKS, n).max(axis=1) ** 2
+    scale = float(np.sqrt(6.0) / np.pi * np.std(largest, ddof=1))
+    place = float(np.mean(largest)) - EULER * scale
+    rest = BLOCKS * (longer - 1.0)
+    square = place + scale * float(np.log(rest) - np.log(-np.log(chance or 1e-12)))
+    return max(own, float(np.sqrt(max(square, 0.0))))
 
 
 @final
@@ -42,10 +98,6 @@ class Quantity:
     name: str
     what: What
     unit: str
-
-
-Largest: TypeAlias = Callable[[FloatArray], float]
-"""From samples to the largest size of them in the whole duration of a test."""
 
 
 @final
@@ -127,7 +179,7 @@ def values_of_response(
 
 def values_of_motion(
     model: Model,
-    motion: Motion,
+    motion: TestMotion,
     spectra: Sequence[Density],
     largest: Largest,
     carried: float | None = None,
@@ -138,7 +190,7 @@ def values_of_motion(
     ----------
     model : Model
         What was shaken.
-    motion : Motion
+    motion : TestMotion
         What it did.
     spectra : sequence of Density
         Of its responses.
@@ -156,7 +208,7 @@ def values_of_motion(
 
 
 def samples_besides(
-    model: Model, motion: Motion, carried: float | None = None
+    model: Model, motion: TestMotion, carried: float | None = None
 ) -> dict[Quantity, FloatArray]:
     """Return the samples of joints, force and shaker of a simulated test, (n,) arrays.
 
@@ -178,7 +230,7 @@ def samples_besides(
 
 
 def samples_of(
-    quantity: Quantity, model: Model, motion: Motion, carried: float | None
+    quantity: Quantity, model: Model, motion: TestMotion, carried: float | None
 ) -> FloatArray:
     """Return the samples of one quantity of a simulated test, (n,) array [its unit]."""
     if quantity.whose == "response":
@@ -186,10 +238,84 @@ def samples_of(
     return samples_besides(model, motion, carried)[quantity]
 
 
-def _force_into(model: Model, motion: Motion) -> FloatArray:
+def _force_into(model: Model, motion: TestMotion) -> FloatArray:
     """Return the force of the base, or the one that drives, on the specimen, (n,) array [N]."""
     if not model.excitation.moves_base:
         return motion.drive
     signs = [float(first == BASE) - float(second == BASE) for first, second in motion.joints]
     forces = np.array([joint.force for joint in motion.joints.values()])
     return np.asarray(np.array(signs) @ forces)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class UncertainQuantity:
+    """A quantity with all that leaves it open.
+
+    Attributes
+    ----------
+    drawn : (n_draws,) array
+        Simulated values, without model error [unit of the quantity].
+    all : (n_draws * REPEATS,) array
+        The same with model error [unit of the quantity].
+    """
+
+    drawn: FloatArray
+    all: FloatArray
+
+    @property
+    def value(self) -> float:
+        """The median."""
+        return float(np.median(self.drawn))
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """The 90 % band."""
+        low, high = np.quantile(self.all, [0.5 * (1.0 - BAND), 0.5 * (1.0 + BAND)])
+        return float(low), float(high)
+
+    def holds(self, value: float) -> bool:
+        """Return whether the 90 % band holds a value [unit of the quantity]."""
+        low, high = self.band
+        return low <= value <= high
+
+    def quantile(self, probability: float) -> float:
+        """Return the value that the quantity does not exceed with a probability [its unit]."""
+        return float(np.quantile(self.all, probability))
+
+    def exceeds(self, limit: float) -> float:
+        """Return the probability that the quantity exceeds a limit [-]."""
+        return float(np.mean(self.all > limit))
+
+
+def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> UncertainQuantity:
+    r"""Return a quantity with its model error.
+
+    .. math:: x = x_i \, 10^{(\sigma t_\nu + h z) / 20}
+
+    with the simulated values :math:`x_i`, Student's :math:`t_\nu`, a standard normal :math:`z`
+    and the width :math:`h = s\,n^{-1/3}` of the kernel that makes a law of :math:`n` values
+    with the standard deviation :math:`s` [1]_.
+
+    Parameters
+    ----------
+    drawn : (n_draws,) array
+        Simulated values, above 0 [unit of the quantity].
+    error_db : float
+        Scale :math:`\sigma` of the model error [dB].
+    freedom : float
+        Degrees of freedom :math:`\nu` [-].
+
+    References
+    ----------
+    .. [1] A. Azzalini, "A note on the estimation of a distribution function and quantiles by a
+       kernel method", Biometrika 68, 326-328, 1981.
+    """
+    generator = np.random.default_rng(0)
+    logs = np.log(np.maximum(drawn, np.finfo(float).tiny))
+    kernel = float(np.std(logs)) * drawn.size ** (-1.0 / 3.0)
+    size = (drawn.size, REPEATS)
+    law = generator.standard_t(freedom, size) if error_db else np.zeros(size)
+    moved = _PER_DB * error_db * law
+    moved = np.clip(moved, -50.0, 50.0) + kernel * generator.standard_normal(size)
+    return UncertainQuantity(drawn, np.exp(logs[:, None] + moved).ravel())

@@ -1,4 +1,4 @@
-"""Modes of the tests of a log, and what goes with them."""
+"""Modes of the tests of a log, with their response functions, shapes and remarks."""
 
 from dataclasses import dataclass
 from typing import Final, final

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.data import Channel, FloatArray
+from shakerproc.data import Channel
 from shakerproc.errors import SpectrumError
 from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
 from shakerproc.modal.choosing import DEFAULT_BAND, remarks_of
@@ -77,7 +77,7 @@ def _analysed(measured: ResponseFunctions, wish: Modal, notes: list[str]) -> Tes
         modes=modes,
         functions=_shown(measured, modes, inside),
         density=np.vstack([lines, np.full((len(sensors), lines.size), np.nan)]),
-        unexplained=_unexplained(modes, len(sensors)),
+        unexplained=modes.unexplained(len(sensors)),
         notes=(*notes, *modes.notes, *remarks),
         recordings=((measured.name, measured.name, measured.sha256),),
         wireframe=measured.wireframe,
@@ -122,10 +122,3 @@ def _shown(
         coherence = np.min(measured.coherence[..., inside], axis=1)
     model = response_functions(modes.model, lines)[:, 0].reshape(values.shape)
     return Functions(lines, values, model, coherence)
-
-
-def _unexplained(modes: ModeSet, n_responses: int) -> FloatArray:
-    """Return the unexplained share of each response, the most over the inputs."""
-    if modes.model is None:
-        return np.full(n_responses, np.nan)
-    return np.asarray(modes.model.unexplained.reshape(n_responses, -1).max(axis=1))

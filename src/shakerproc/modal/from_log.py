@@ -1,24 +1,140 @@
-"""The tests of a log, modally analysed: which channels, which band, what is in the way."""
+"""The tests of a log, modally analysed, and the curves that are drawn of them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Final, TypeAlias
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc import spectra
 from shakerproc.data import FloatArray
 from shakerproc.errors import ShakerprocError, SpectrumError
 from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
 from shakerproc.modal.choosing import remarks_of
-from shakerproc.modal.gathering import Gathered, check_together, gather, shared_inputs
+from shakerproc.modal.gathering import Gathered, check_joint_fit, gather, shared_inputs
 from shakerproc.modal.identification import identify_records
+from shakerproc.modal.modal_model import ModalFit, response_functions
 from shakerproc.modal.mode_set import ModeSet, Settings
 from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.reciprocity import reciprocals_of
-from shakerproc.modal.shown import cross_of, density_of, functions_of
 from shakerproc.modal.struck import identify_blows
 from shakerproc.modal.tracking import common, tracks_of
 from shakerproc.testlog import Modal, Test, TestLog
+
+SHOWN_SEGMENTS: Final = 8
+"""Segments without overlap of which measured response functions are averages."""
+
+MOST_SEGMENT: Final = 2**15
+"""Samples of such a segment at most."""
+
+Records: TypeAlias = Sequence[tuple[FloatArray, FloatArray]]
+"""Inputs and responses of each record, (n_channels, n_samples) arrays."""
+
+
+def cross_of(records: Records, sample_rate: float) -> spectra.CrossSpectra:
+    """Return the spectra of inputs, then responses, of which functions are drawn.
+
+    Parameters
+    ----------
+    records : sequence of (array, array)
+        Inputs and responses of each record [unit of the channel].
+    sample_rate : float
+        Samples per second [Hz].
+    """
+    shortest = min(inputs.shape[1] for inputs, _ in records)
+    return _pooled(records, sample_rate, _segment(shortest))
+
+
+def _pooled(records: Records, sample_rate: float, segment: int) -> spectra.CrossSpectra:
+    """Return spectra over the segments of all records."""
+    found = [
+        spectra.cross_spectra(
+            np.concatenate(record),
+            sample_rate,
+            segment=segment,
+            window="periodic hann",
+            detrend="mean",
+            inputs=range(len(record[0])),
+        )
+        for record in records
+    ]
+    counts = [one.n_segments for one in found]
+    matrix = np.average([one.matrix for one in found], axis=0, weights=counts)
+    density = np.average([one.density for one in found], axis=0, weights=counts)
+    return replace(
+        found[0],
+        matrix=np.asarray(matrix, dtype=np.complex128),
+        density=np.asarray(density, dtype=np.float64),
+        n_segments=sum(counts),
+    )
+
+
+def _segment(n_samples: int) -> int:
+    most = min(n_samples // SHOWN_SEGMENTS, MOST_SEGMENT)
+    return max(8, 1 << max(most.bit_length() - 1, 3))
+
+
+def functions_of(
+    cross: spectra.CrossSpectra, records: Records, band: tuple[float, float], modes: ModeSet
+) -> Functions | None:
+    """Return response functions, measured and synthesised through the same window.
+
+    Parameters
+    ----------
+    cross : CrossSpectra
+        Of inputs, then responses, from `cross_of`.
+    records : sequence of (array, array)
+        Inputs and responses of each record [unit of the channel].
+    band : (float, float)
+        Limits [Hz].
+    modes : ModeSet
+        With their model; None is returned where there is none.
+    """
+    if modes.model is None:
+        return None
+    n_inputs = records[0][0].shape[0]
+    rows = range(n_inputs, cross.n_channels)
+    answers = [
+        (inputs, _answer(inputs, cross.sample_rate, band, modes.model)) for inputs, _ in records
+    ]
+    model = _pooled(answers, cross.sample_rate, cross.segment)
+    edge = 2.0 * cross.bin_width  # where the window mixes in what lies outside the band
+    shown = (cross.frequency >= band[0] + edge) & (cross.frequency <= band[1] - edge)
+    driven = range(n_inputs)
+    return Functions(
+        cross.frequency[shown],
+        spectra.h1_of_inputs(cross, driven, rows)[..., shown],
+        spectra.h1_of_inputs(model, driven, rows)[..., shown],
+        spectra.multiple_coherence(cross, driven, rows)[..., shown],
+    )
+
+
+def _answer(
+    inputs: FloatArray, sample_rate: float, band: tuple[float, float], model: ModalFit
+) -> FloatArray:
+    """Return the response of the model to the inputs within the band."""
+    frequency = scipy.fft.rfftfreq(inputs.shape[1], 1.0 / sample_rate)
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    n_responses = model.residues.shape[1]
+    synthesis = np.zeros((n_responses, frequency.size), dtype=np.complex128)
+    synthesis[:, inside] = np.einsum(
+        "oif,if->of",
+        response_functions(model, frequency[inside]),
+        scipy.fft.rfft(inputs)[:, inside],
+    )
+    return np.asarray(scipy.fft.irfft(synthesis, inputs.shape[1]))
+
+
+def density_of(
+    cross: spectra.CrossSpectra, n_inputs: int, band: tuple[float, float]
+) -> FloatArray:
+    """Return frequencies [Hz], then densities of the responses [unit²/Hz], as rows."""
+    shown = (cross.frequency >= band[0]) & (cross.frequency <= band[1])
+    return np.concatenate([
+        cross.frequency[np.newaxis, shown],
+        spectra.psd(cross)[n_inputs:, shown],
+    ])
 
 
 def analyse_log(
@@ -57,7 +173,7 @@ def analyse_log(
     failed: list[tuple[str, str]] = []
     for owner, group, wanted, name in jobs:
         try:
-            found.append(replace(analyse_together(owner, group, wanted), name=name))
+            found.append(replace(analyse_joint(owner, group, wanted), name=name))
         except ShakerprocError as error:
             failed.append((name, str(error)))
         for test in group:
@@ -112,10 +228,10 @@ def analyse_test(log: TestLog, test: Test, wish: Modal) -> TestModes:
     SpectrumError
         If the recording does not allow it.
     """
-    return analyse_together(log, [test], wish)
+    return analyse_joint(log, [test], wish)
 
 
-def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestModes:
+def analyse_joint(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestModes:
     """Return the modes that tests share, in one fit.
 
     Parameters
@@ -133,7 +249,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         If a recording does not allow it, or no one fit can hold the tests.
     """
     taken = [gather(log, test, wish) for test in tests]
-    check_together(taken)
+    check_joint_fit(taken)
     names, units, places, inputs = shared_inputs(taken)
     band = (max(one.band[0] for one in taken), min(one.band[1] for one in taken))
     settings = Settings(band, wish.modes, wish.order, wish.keep)
@@ -162,7 +278,7 @@ def analyse_together(log: TestLog, tests: Sequence[Test], wish: Modal) -> TestMo
         modes=modes,
         functions=functions,
         density=density_of(cross, cross.n_channels - len(first.sensors), band),
-        unexplained=_unexplained(modes, len(first.sensors)),
+        unexplained=modes.unexplained(len(first.sensors)),
         notes=(*(note for one in taken for note in one.remarks), *modes.notes, *remarks),
         recordings=tuple(
             (str(one.test.id), one.test.require_recording().name, one.sha256) for one in taken
@@ -187,10 +303,3 @@ def _identified(
     else:
         modes = identify_output_only(taken[0].responses, rate, settings)
     return modes, cross, functions_of(cross, records, settings.band, modes)
-
-
-def _unexplained(modes: ModeSet, n_responses: int) -> FloatArray:
-    """Return the unexplained share of each response, the most over the inputs of blows."""
-    if modes.model is None:
-        return np.full(n_responses, np.nan)
-    return np.asarray(modes.model.unexplained.reshape(n_responses, -1).max(axis=1))

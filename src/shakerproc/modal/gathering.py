@@ -178,7 +178,7 @@ def _inputs(samples: FloatArray, groups: Sequence[tuple[str, tuple[int, ...]]]) 
     return np.stack([samples[list(members)].mean(axis=0) for _, members in groups])
 
 
-def check_together(tests: Sequence[Gathered]) -> None:
+def check_joint_fit(tests: Sequence[Gathered]) -> None:
     """Check that one fit can hold several tests.
 
     Raises

@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.held_out import N_PARTS, confirmed, parts_of
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import (
     Lines,
@@ -15,19 +14,19 @@ from shakerproc.modal.lines import (
     lines_of_functions,
     lines_of_samples,
     thinned,
-    told_thin,
+    thinning_note,
 )
 from shakerproc.modal.modal_model import ModalFit
 from shakerproc.modal.mode_set import Method, ModeSet, Settings
 from shakerproc.modal.polynomials import lagged_sums
 from shakerproc.modal.scatter import PARTS, with_scatter
-from shakerproc.modal.selection import selected
+from shakerproc.modal.selection import N_PARTS, confirmed, parts_of, selected
 from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
     Diagram,
     candidates,
+    requested_poles,
     stabilisation,
-    wanted_poles,
 )
 
 KEPT_ORDERS: Final = 4
@@ -218,12 +217,12 @@ def _modes(
     by_count = np.argsort(-counts)
     certain = counts[by_count] >= max(3, len(orders_of(settings)) // KEPT_ORDERS)
     ordered = poles[by_count]
-    notes = [] if thin is lines else [told_thin(lines, thin)]
+    notes = [] if thin is lines else [thinning_note(lines, thin)]
     low = diagram.poles[diagram.order <= LOW_ORDERS]
     doubtful = np.concatenate([ordered[~certain], more, low])
     thin, model = selected(thin, ordered[certain], doubtful, settings.band)
     model = confirmed(thin, model, parts)
-    model, told = as_wanted(thin, model, diagram, settings)
+    model, told = with_requested_modes(thin, model, diagram, settings)
     shapes, participation = split_residues(model.residues)
     errors = np.sqrt(np.diag(model.covariance)).reshape(-1, 2)
     return ModeSet(
@@ -240,7 +239,7 @@ def _modes(
     )
 
 
-def as_wanted(
+def with_requested_modes(
     lines: Lines, model: ModalFit, diagram: Diagram, settings: Settings
 ) -> tuple[ModalFit, list[str]]:
     """Return the model with the number of modes and the poles that the user wants.
@@ -252,7 +251,7 @@ def as_wanted(
     notes : list of str
         What could not be done.
     """
-    rows, notes = wanted_poles(diagram, model.poles, settings.keep)
+    rows, notes = requested_poles(diagram, model.poles, settings.keep)
     poles = np.append(model.poles, diagram.poles[rows])
     if poles.size > model.poles.size:
         model = fit(lines, poles)

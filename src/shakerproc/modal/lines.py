@@ -152,7 +152,7 @@ def joined(parts: Sequence[Lines]) -> Lines:
     )
 
 
-def taken(lines: Lines, kept: slice | NDArray[np.bool_]) -> Lines:
+def lines_subset(lines: Lines, kept: slice | NDArray[np.bool_]) -> Lines:
     """Return some of the lines."""
     return replace(
         lines,
@@ -172,10 +172,10 @@ def thinned(lines: Lines, most: int = MOST_LINES) -> Lines:
     kept = np.zeros(lines.frequency.size, dtype=bool)
     for own in lines.records:
         kept[np.flatnonzero(own)[::every]] = True
-    return taken(lines, kept)
+    return lines_subset(lines, kept)
 
 
-def told_thin(lines: Lines, thin: Lines) -> str:
+def thinning_note(lines: Lines, thin: Lines) -> str:
     """Return a sentence on how many lines are left."""
     return (
         f"refined on {thin.frequency.size} of {lines.frequency.size} lines of the record "

@@ -1,12 +1,137 @@
-"""A fitted modal model, and the response functions that it stands for."""
+"""A modal model: the functions of frequency that it is a sum of, and the fitted sum."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.basis import RESIDUAL_POWERS
+from shakerproc.modal.lines import Lines
+
+RESIDUAL_POWERS: Final = (-2, -1, 0, 1, 2)
+"""Powers of i omega by which modes below and above the band are stood for."""
+
+TRANSIENT_POWERS: Final = (0, 1, 2)
+"""Powers of exp(-i omega dt) in the transient of the modes outside the band."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """Columns of the linear problem, real parts above imaginary parts.
+
+    Attributes
+    ----------
+    columns : (n_modes, 2 (n_inputs + n_transients), 2 n_lines) array
+        For each mode, real and imaginary part of each residue and of each record's transient.
+    rest : (n_rest, 2 n_lines) array
+        Residual terms and the transient of modes outside the band.
+    """
+
+    columns: FloatArray
+    rest: FloatArray
+
+
+def rest_of(lines: Lines) -> FloatArray:
+    """Return the columns that do not depend on the poles, (n_rest, 2 n_lines)."""
+    scaled = 1j * lines.frequency / reference_of(lines)
+    terms = [one * scaled**power for one in lines.inputs for power in RESIDUAL_POWERS]
+    if lines.transient:
+        z = np.exp(-2j * np.pi * lines.frequency * lines.interval)
+        level = np.sqrt(np.mean(np.abs(lines.outputs) ** 2)) or 1.0
+        terms += [level * own * z**power for own in lines.records for power in TRANSIENT_POWERS]
+    return stacked(lines.weights * np.array(terms))
+
+
+def reference_of(lines: Lines) -> float:
+    """Return the frequency that the powers of residual terms are relative to [Hz]."""
+    return float(np.sqrt(lines.frequency[0] * lines.frequency[-1]))
+
+
+def basis_of(lines: Lines, poles: ComplexArray, rest: FloatArray) -> Basis:
+    """Return the columns for poles [rad/s]."""
+    return Basis(_pairs(lines, *_fractions(lines, poles)), rest)
+
+
+def slopes_of(lines: Lines, poles: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Return the slopes of the columns of each mode over real and imaginary part of its pole.
+
+    Parameters
+    ----------
+    lines : Lines
+        What is fitted.
+    poles : (n_modes,) complex array
+        Poles [rad/s].
+
+    Returns
+    -------
+    (n_modes, n_columns, 2 n_lines) arrays
+        Over the real and over the imaginary part [s/rad].
+    """
+    s = 2j * np.pi * lines.frequency
+    p = poles[:, np.newaxis]
+    plain, mirrored = 1.0 / (s - p) ** 2, 1.0 / (s - p.conj()) ** 2
+    decay = mirrored_decay = None
+    if lines.transient:
+        dt = lines.interval
+        z = np.exp(-s * dt)
+        decay = _decay_slope(p, z, dt)
+        mirrored_decay = _decay_slope(p.conj(), z, dt)
+    real = _pairs(lines, plain, mirrored, decay, mirrored_decay)
+    imaginary = _pairs(
+        lines,
+        1j * plain,
+        -1j * mirrored,
+        None if decay is None else 1j * decay,
+        None if mirrored_decay is None else -1j * mirrored_decay,
+    )
+    return real, imaginary
+
+
+def _fractions(
+    lines: Lines, poles: ComplexArray
+) -> tuple[ComplexArray, ComplexArray, ComplexArray | None, ComplexArray | None]:
+    """Return partial fractions of poles and conjugates, and the spectra of their decays."""
+    s = 2j * np.pi * lines.frequency
+    p = poles[:, np.newaxis]
+    plain, mirrored = 1.0 / (s - p), 1.0 / (s - p.conj())
+    if not lines.transient:
+        return plain, mirrored, None, None
+    z = np.exp(-s * lines.interval)
+    decay = 1.0 / (1.0 - np.exp(p * lines.interval) * z)
+    mirrored_decay = 1.0 / (1.0 - np.exp(p.conj() * lines.interval) * z)
+    return plain, mirrored, decay, mirrored_decay
+
+
+def _decay_slope(poles: ComplexArray, z: ComplexArray, interval: float) -> ComplexArray:
+    """Return the slope of a sampled decay's spectrum over its pole."""
+    step = np.exp(poles * interval) * z
+    return np.asarray(interval * step / (1.0 - step) ** 2)
+
+
+def _pairs(
+    lines: Lines,
+    plain: ComplexArray,
+    mirrored: ComplexArray,
+    decay: ComplexArray | None,
+    mirrored_decay: ComplexArray | None,
+) -> FloatArray:
+    """Return the columns of residues a + ib: a (p + p*) + b i (p - p*), for every input."""
+    columns = []
+    for one in lines.inputs:
+        columns += [one * (plain + mirrored), one * 1j * (plain - mirrored)]
+    if decay is not None and mirrored_decay is not None:
+        both = decay + mirrored_decay, 1j * (decay - mirrored_decay)
+        columns += [own * part for own in lines.records for part in both]
+    return stacked(lines.weights * np.stack(columns, axis=1))
+
+
+def stacked(values: ComplexArray) -> FloatArray:
+    """Return real parts, then imaginary parts, along the last axis.
+
+    `values` may be in any unit.
+    """
+    return np.concatenate([values.real, values.imag], axis=-1)
 
 
 @final

@@ -109,6 +109,12 @@ class ModeSet:
         """Limits of the 95 % intervals, (2, n_modes) [-]."""
         return _bounds(self.damping, self.damping_error)
 
+    def unexplained(self, n_responses: int) -> FloatArray:
+        """Return the unexplained share of each response, the most over the inputs [-]."""
+        if self.model is None:
+            return np.full(n_responses, np.nan)
+        return np.asarray(self.model.unexplained.reshape(n_responses, -1).max(axis=1))
+
 
 def _bounds(values: FloatArray, errors: FloatArray) -> FloatArray:
     return np.stack([values * np.exp(-NORMAL_95 * errors), values * np.exp(NORMAL_95 * errors)])

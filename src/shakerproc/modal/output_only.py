@@ -1,5 +1,6 @@
 """Modes where no input was measured: covariance-driven stochastic subspace identification."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -9,30 +10,30 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.identification import orders_of
-from shakerproc.modal.jackknife import jackknife
 from shakerproc.modal.mode_set import NORMAL_95, ModeSet, Settings
 from shakerproc.modal.polynomials import OrderPoles, unit_shapes
 from shakerproc.modal.shapes import (
     normalised,
     phase_collinearity,
+    scaled_to,
     without_chance,
 )
 from shakerproc.modal.stabilisation import (
     Diagram,
     Tolerances,
-    are_wanted,
+    are_requested,
     candidates,
     damping_of,
     diagram_of,
     frequency_of,
-    wanted_poles,
+    requested_poles,
 )
 from shakerproc.numerals import numeral
 
 BLOCKS: Final = 12
 """Blocks of the record, each left out once for the intervals."""
 
-ABOVE: Final = 1.1
+HIGHEST_OVER_BAND: Final = 1.1
 """Where the analysed samples end, over the end of the band [-]. The input has to be broadband
 up to there: where it ends below, its edge looks like damped modes."""
 
@@ -41,7 +42,7 @@ ROWS: Final = 160
 record, with 2.2 to a period of the highest frequency. Longer lags hold more noise than modes:
 with 480 a fifth fewer modes are within 1 % and 10 % (`python -m benchmarks.modal`)."""
 
-LOOSE: Final = Tolerances(0.01, 0.3, 0.9)
+TOLERANCES: Final = Tolerances(0.01, 0.3, 0.9)
 """How little a stable pole may change; looser than with a measured input."""
 
 KEPT_ORDERS: Final = 3
@@ -50,7 +51,7 @@ KEPT_ORDERS: Final = 3
 TONE_DAMPING: Final = 1e-3
 """Damping ratio below which a pole may be a tone [-]."""
 
-UNKNOWN: Final = 0.8
+UNKNOWN_DAMPING: Final = 0.8
 """Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
 
 MOST_DAMPING: Final = 0.1
@@ -60,9 +61,89 @@ LEAST_COLLINEARITY: Final = 0.6
 """Phase collinearity below which a pole is not taken for a mode of the structure [-]."""
 
 
+def jackknife(
+    others: Sequence[Sequence[OrderPoles]],
+    diagram: Diagram,
+    poles: ComplexArray,
+    shapes: ComplexArray,
+    scale: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the scatter of modes over fits that each leave out a block of the record.
+
+    A mode is looked for again at the orders at which the whole record has shown it.
+
+    Parameters
+    ----------
+    others : sequence of sequences of OrderPoles
+        For each block that is left out, fits of every order.
+    diagram : Diagram
+        Of the whole record.
+    poles : (n_modes,) complex array
+        Modes of the whole record [rad/s].
+    shapes : (n_modes, n_responses) complex array
+        Theirs, turned to their mean phase [-].
+    scale : (n_responses,) array
+        What the shapes of the fits are to be multiplied with [-].
+
+    Returns
+    -------
+    errors : (2, n_modes) array
+        Standard deviations of ln damping and ln frequency [-].
+    chance : (n_modes, n_responses) array
+        Variances of the imaginary parts of the shapes [-].
+
+    References
+    ----------
+    .. [1] B. Efron and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9,
+       586-596, 1981.
+    """
+    values = np.empty((len(others), 2, poles.size))
+    turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
+    for block, fits in enumerate(others):
+        own, again = _again(fits, diagram, poles)
+        values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
+        turned[block] = scaled_to(normalised(again * scale), shapes)
+    if not others:
+        return np.zeros((2, 0)), np.zeros(shapes.shape)
+    share = (len(others) - 1) / len(others)
+    errors = np.sqrt(share * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
+    imaginary = turned.imag
+    chance = share * np.sum((imaginary - imaginary.mean(axis=0)) ** 2, axis=0)
+    return np.asarray(errors), np.asarray(chance)
+
+
+def _again(
+    fits: Sequence[OrderPoles], diagram: Diagram, poles: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return poles and shapes of modes in other fits, at the orders at which each was found.
+
+    Not a number, and no shape, where no such order has a pole.
+    """
+    stable = np.flatnonzero(diagram.stable)
+    found: list[complex] = []
+    shapes: list[ComplexArray] = []
+    for pole in poles:
+        nearest = stable[np.argmin(np.abs(diagram.poles[stable] - pole))]
+        number = diagram.cluster[nearest]
+        there = diagram.order[diagram.cluster == number] if number >= 0 else []
+        orders = {*there, diagram.order[nearest]}
+        own = [fit for fit in fits if fit.order in orders and fit.poles.size]
+        if not own:
+            found.append(complex(np.nan, np.nan))
+            shapes.append(np.zeros(diagram.shapes.shape[1], dtype=np.complex128))
+            continue
+        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in own]
+        every = np.array([fit.poles[row] for fit, row in zip(own, near, strict=True)])
+        middle = complex(np.median(every.real), np.median(every.imag))
+        first = int(np.argmin(np.abs(every - middle)))
+        found.append(middle)
+        shapes.append(own[first].shapes[near[first]])
+    return np.array(found, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Found:
+class _FoundModes:
     """Modes: poles [rad/s], shapes, errors of ln damping and ln frequency, and chance."""
 
     poles: ComplexArray
@@ -151,13 +232,13 @@ def identify_output_only(
 
 def _modes(
     parts: FloatArray, n_rows: int, interval: float, scale: FloatArray, settings: Settings
-) -> tuple[Diagram, _Found, list[str]]:
+) -> tuple[Diagram, _FoundModes, list[str]]:
     """Return the diagram, what is taken for modes, and which wishes are not met."""
     n = parts.shape[-1]
     whole = _subspace(parts.sum(axis=0), n_rows, interval)
     highest = min(settings.order, (n_rows - 1) * n)
     orders = [order for order in orders_of(settings) if order <= highest]
-    diagram = diagram_of([_poles(whole, order) for order in orders], settings.band, LOOSE)
+    diagram = diagram_of([_poles(whole, order) for order in orders], settings.band, TOLERANCES)
     poles, shapes, wanted, notes = _chosen(diagram, len(orders), settings)
     by_frequency = np.argsort(np.abs(poles), kind="stable")
     poles, shapes, wanted = poles[by_frequency], shapes[by_frequency], wanted[by_frequency]
@@ -168,8 +249,8 @@ def _modes(
     ]
     others = [[_poles(space, order) for order in orders] for space in spaces]
     errors, chance = jackknife(others, diagram, poles, shapes, scale)
-    known = wanted | (errors[0] < UNKNOWN)
-    found = _Found(poles[known], shapes[known], errors[:, known], chance[known])
+    known = wanted | (errors[0] < UNKNOWN_DAMPING)
+    found = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
     if settings.modes is not None and found.poles.size < settings.modes:
         notes.append(
             f"{settings.modes} modes were asked for, the measurement shows {found.poles.size}"
@@ -187,8 +268,8 @@ def _chosen(
     if shapes.shape[1] > 1:
         real &= phase_collinearity(shapes) > LEAST_COLLINEARITY
     poles, shapes, counts = poles[real], shapes[real], counts[real]
-    rows, notes = wanted_poles(diagram, poles, settings.keep)
-    wanted = are_wanted(poles, settings.keep)
+    rows, notes = requested_poles(diagram, poles, settings.keep)
+    wanted = are_requested(poles, settings.keep)
     if settings.modes is not None:
         room = max(settings.modes - rows.size, int(wanted.sum()))
         first = np.lexsort((-counts, ~wanted))[:room]
@@ -207,7 +288,7 @@ def _slower(
     """Return samples that end above the highest frequency, their interval [s], their scale."""
     centred = responses - responses.mean(axis=1, keepdims=True)
     n = centred.shape[1]
-    wanted = min(n, int(np.ceil(2.0 * ABOVE * highest * n / sample_rate)))
+    wanted = min(n, int(np.ceil(2.0 * HIGHEST_OVER_BAND * highest * n / sample_rate)))
     spectrum = scipy.fft.rfft(centred)[:, : wanted // 2 + 1]
     slower = scipy.fft.irfft(spectrum, wanted)
     scale = np.std(slower, axis=1)

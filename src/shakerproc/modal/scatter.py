@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
 from shakerproc.modal.likelihood import fit
-from shakerproc.modal.lines import Lines, taken
+from shakerproc.modal.lines import Lines, lines_subset
 from shakerproc.modal.mode_set import NORMAL_95, ModeSet
 from shakerproc.modal.selection import price_of
 from shakerproc.modal.stabilisation import damping_of, frequency_of
@@ -134,7 +134,7 @@ def _alone(modes: ModeSet, records: Sequence[Lines]) -> tuple[FloatArray, FloatA
     errors = np.ones_like(values)
     for number, record in enumerate(records):
         acting = np.abs(record.inputs).max(axis=1) > 0.0
-        own = taken(record, slice(None, None, -(-record.frequency.size // MOST_LINES)))
+        own = lines_subset(record, slice(None, None, -(-record.frequency.size // MOST_LINES)))
         own = replace(own, inputs=own.inputs[acting])
         seen = np.flatnonzero(fit(own, modes.poles, 0).losses > price_of(own))
         alone = fit(own, modes.poles[seen])
@@ -148,7 +148,7 @@ def _alone(modes: ModeSet, records: Sequence[Lines]) -> tuple[FloatArray, FloatA
     return values, errors
 
 
-def told_scatter(modes: ModeSet, mode: int) -> list[str]:
+def scatter_text(modes: ModeSet, mode: int) -> list[str]:
     """Return the scatter of a mode over tests of one fit in %: of frequency, and of damping."""
     if modes.scatter is None:
         return []

@@ -1,14 +1,22 @@
-"""Which poles are modes: those without which the measurement is explained measurably worse."""
+"""Which poles are modes: without them the record, or a part held out, is explained worse.
 
+A resonance that moves with level or time is fitted better by several poles, however many the
+criterion of one fit asks for: their residues make up its path in this record. In another part
+of the record they do not, and a mode of the structure does.
+"""
+
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.likelihood import fit
-from shakerproc.modal.lines import Lines
-from shakerproc.modal.modal_model import ModalFit
+from shakerproc.modal.likelihood import fit, orthonormal
+from shakerproc.modal.lines import Lines, joined, lines_of_samples, thinned
+from shakerproc.modal.modal_model import ModalFit, basis_of, rest_of, stacked
 from shakerproc.modal.stabilisation import damping_of
 
 FEW_STEPS: Final = 6
@@ -17,23 +25,43 @@ FEW_STEPS: Final = 6
 MARGIN: Final = 10.0
 """By how much Schwarz' criterion must improve for one more mode: very strong evidence [-]."""
 
-UNKNOWN: Final = 0.4
+UNKNOWN_DAMPING: Final = 0.4
 """Standard deviation of ln(damping) above which a pole is not taken for a mode [-]."""
 
 LARGEST_DAMPING: Final = 0.25
 """Damping ratio above which a pole is not taken for a mode [-]."""
 
-SMOOTHED: Final = 41
+SMOOTHED_LINES: Final = 41
 """Lines over which the noise is smoothed."""
 
-FAR: Final = 3.0
+NEEDED_LOSS: Final = 3.0
 """Loss of a mode, in prices of a mode, above which it is needed without a closer look [-]."""
 
-NEAR: Final = 0.3
+LEAST_GAIN: Final = 0.3
 """Gain of a candidate where it stands, in prices of a mode, from which on it is refined [-]."""
 
-SAME: Final = 0.1
+SAME_POLE: Final = 0.1
 """Distance of two poles, in units of the smaller damping, below which they are one [-]."""
+
+SAME_RESONANCE: Final = 0.1
+"""Relative distance of two poles within which they may be one resonance that moves [-]."""
+
+DRIVEN_SHARE: Final = 0.1
+"""Share of the larger power of a part's input that another has on both sides of a mode [-];
+the parts of a sweep have less, and tell nothing of each other."""
+
+MOST_LINES: Final = 1_000
+"""Lines of a part at most."""
+
+N_PARTS: Final = (8, 4, 2)
+"""Parts of a record; fewer where more would be too short."""
+
+LEAST_LINES: Final = 100
+"""Lines of a part at least: its transient takes one for each mode."""
+
+FALSE_MODES: Final = 0.01
+"""Probability that a pole which foretells nothing is taken for a mode [-]; with fewer than
+seven parts it is one half to the power of their number."""
 
 
 def selected(
@@ -64,9 +92,9 @@ def selected(
     .. [1] R. E. Kass and A. E. Raftery, "Bayes factors", J. American Statistical Association
        90, 773-795, 1995.
     """
-    best = _pruned(lines, fit(lines, apart(certain), FEW_STEPS), band)
+    best = _pruned(lines, fit(lines, distinct_poles(certain), FEW_STEPS), band)
     best = _grown(lines, best, doubtful, band, 0.5)
-    best = _grown(lines, best, twins(lines, best), band, SAME)
+    best = _grown(lines, best, twins(lines, best), band, SAME_POLE)
     if not best.poles.size:
         return lines, best
     weighted = reweighted(lines, best)
@@ -83,7 +111,7 @@ def _certain(lines: Lines, model: ModalFit) -> ModalFit:
         errors = np.sqrt(np.diag(model.covariance))[::2]
         errors = np.where(damping_of(model.poles) > LARGEST_DAMPING, np.inf, errors)
         worst = int(np.argmax(errors))
-        if errors[worst] < UNKNOWN:
+        if errors[worst] < UNKNOWN_DAMPING:
             break
         model = fit(lines, np.delete(model.poles, worst))
     return model
@@ -99,7 +127,7 @@ def reweighted(lines: Lines, model: ModalFit) -> Lines:
     model : ModalFit
         Its model: what it leaves, smoothed over lines, is the noise.
     """
-    share = _share_left(lines, model).mean(axis=0)
+    share = _residual_share(lines, model).mean(axis=0)
     level = np.empty_like(share)
     for own in lines.records:
         level[own] = _smooth(share[own])
@@ -108,12 +136,12 @@ def reweighted(lines: Lines, model: ModalFit) -> Lines:
 
 
 def _smooth(values: FloatArray) -> FloatArray:
-    size = min(SMOOTHED, values.size // 4 * 2 + 1)
+    size = min(SMOOTHED_LINES, values.size // 4 * 2 + 1)
     padded = np.pad(values, size // 2, mode="reflect")
     return np.convolve(padded, np.full(size, 1.0 / size), mode="valid")
 
 
-def _share_left(lines: Lines, model: ModalFit) -> FloatArray:
+def _residual_share(lines: Lines, model: ModalFit) -> FloatArray:
     """Return the residual of each line over its mean, (n_outputs, n_lines)."""
     left = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
     mean = left.mean(axis=1, keepdims=True)
@@ -132,7 +160,7 @@ def _grown(
             continue
         larger = np.append(model.poles, pole)
         gain = model.deviance - fit(lines, larger, 0).deviance
-        if gain < NEAR * price_of(lines):
+        if gain < LEAST_GAIN * price_of(lines):
             continue
         trial = fit(lines, larger, FEW_STEPS)
         if _is_better(lines, trial, model) and _sound(trial, band):
@@ -155,7 +183,7 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
     (n,) complex array
         Poles to begin from, 1 and 3 % to either side [rad/s].
     """
-    left = _share_left(lines, model)
+    left = _residual_share(lines, model)
     excess, found = left.mean(axis=0) - np.median(left.mean(axis=0)), []
     for pole in model.poles:
         frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi
@@ -166,23 +194,28 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
     return np.array(found, dtype=np.complex128)
 
 
-def apart(poles: ComplexArray) -> ComplexArray:
+def distinct_poles(poles: ComplexArray) -> ComplexArray:
     """Return the poles without those that coincide with one before them.
 
     `poles` are in [rad/s].
     """
     kept: list[complex] = []
     for pole in poles:
-        if all(abs(pole - one) > SAME * min(-pole.real, -one.real) for one in kept):
+        if all(abs(pole - one) > SAME_POLE * min(-pole.real, -one.real) for one in kept):
             kept.append(complex(pole))
     return np.array(kept, dtype=np.complex128)
 
 
 def _sound(model: ModalFit, band: tuple[float, float]) -> bool:
-    frequency = np.abs(model.poles) / (2.0 * np.pi)
+    distinct = distinct_poles(model.poles).size == model.poles.size
+    return bool(_plausible(model.poles, band).all()) and distinct
+
+
+def _plausible(poles: ComplexArray, band: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which poles [rad/s] lie in a band [Hz] with a damping that a mode may have."""
+    frequency = np.abs(poles) / (2.0 * np.pi)
     inside = (frequency >= band[0]) & (frequency <= band[1])
-    damped = (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
-    return bool((inside & damped).all()) and apart(model.poles).size == model.poles.size
+    return inside & (damping_of(poles) < LARGEST_DAMPING) & (damping_of(poles) > 2e-5)
 
 
 def price_of(lines: Lines) -> float:
@@ -199,18 +232,176 @@ def _is_better(lines: Lines, larger: ModalFit, smaller: ModalFit) -> bool:
 
 def _pruned(lines: Lines, model: ModalFit, band: tuple[float, float]) -> ModalFit:
     """Return the model without the modes that it does not need."""
-    frequency = np.abs(model.poles) / (2.0 * np.pi)
-    inside = (frequency >= band[0]) & (frequency <= band[1])
-    inside &= (damping_of(model.poles) < LARGEST_DAMPING) & (damping_of(model.poles) > 2e-5)
-    kept = apart(model.poles[inside])
+    kept = distinct_poles(model.poles[_plausible(model.poles, band)])
     if kept.size < model.poles.size:
         model = fit(lines, kept, FEW_STEPS)
     while model.poles.size:
         weakest = int(np.argmin(model.losses))
-        if model.losses[weakest] > FAR * price_of(lines):
+        if model.losses[weakest] > NEEDED_LOSS * price_of(lines):
             break  # far from needless: no search would make up for it
         smaller = fit(lines, np.delete(model.poles, weakest), FEW_STEPS)
         if _is_better(lines, model, smaller):
             break
         model = smaller
     return model
+
+
+def parts_of(
+    inputs: FloatArray, responses: FloatArray, sample_rate: float, band: tuple[float, float]
+) -> list[Lines]:
+    """Return the lines of parts of a record with equal shares of the input's power.
+
+    Parameters
+    ----------
+    inputs, responses : (n_channels, n_samples) array
+        The record [unit of the channel].
+    sample_rate : float
+        Samples per second [Hz].
+    band : (float, float)
+        Limits [Hz].
+
+    Returns
+    -------
+    list of Lines
+        Empty where even two parts hold too few lines.
+    """
+    power = np.cumsum(np.sum(inputs**2, axis=0))
+    for count in N_PARTS:
+        cuts = np.searchsorted(power, power[-1] * np.arange(1, count) / count)
+        ends = [0, *(int(cut) for cut in cuts), power.size]
+        own = [slice(*both) for both in pairwise(ends)]
+        try:
+            parts = [
+                lines_of_samples(inputs[:, one], responses[:, one], sample_rate, band)
+                for one in own
+            ]
+        except ValueError:  # of a band with fewer than 8 lines
+            continue
+        if count == N_PARTS[-1] or min(part.frequency.size for part in parts) >= LEAST_LINES:
+            return [thinned(part, MOST_LINES) for part in parts]
+    return []
+
+
+def confirmed(lines: Lines, model: ModalFit, parts: Sequence[Lines]) -> ModalFit:
+    """Return the model without the modes that foretell a part of the record no better.
+
+    Of every pair of neighbours the weaker mode is asked: it stays only if with it the residues
+    of all other parts foretell a part better, by Wilcoxon's test of signed ranks over parts.
+
+    Parameters
+    ----------
+    lines : Lines
+        What the model was fitted to.
+    model : ModalFit
+        The model.
+    parts : sequence of Lines
+        From `parts_of`.
+
+    References
+    ----------
+    .. [1] F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1,
+       80-83, 1945.
+    """
+    asked: list[complex] = []
+    best = model
+    while best.poles.size > 1:
+        weakest, driven = _next(best, parts, asked)
+        if weakest is None:
+            break
+        asked.append(complex(best.poles[weakest]))
+        fewer = fit(lines, np.delete(best.poles, weakest), FEW_STEPS)
+        without = predicted_deviance(fewer.poles, driven, best.poles)
+        gain = without - predicted_deviance(best.poles, driven, best.poles)
+        if chance_of(gain) > max(FALSE_MODES, 0.5**gain.size):
+            best, asked = fewer, []
+    return best if best is model else fit(lines, best.poles)
+
+
+def chance_of(gain: FloatArray) -> float:
+    """Return the probability of signed ranks as high as those of gains that are none [-].
+
+    Parameters
+    ----------
+    gain : (n,) array
+        Of each part; few, since all signs are gone through.
+    """
+    ranks = 1.0 + np.argsort(np.argsort(np.abs(gain)))
+    signs = np.arange(2**gain.size)[:, np.newaxis] >> np.arange(gain.size) & 1
+    return float(np.mean(signs @ ranks >= ranks[gain > 0.0].sum()))
+
+
+def _next(
+    model: ModalFit, parts: Sequence[Lines], asked: Sequence[complex]
+) -> tuple[int | None, list[Lines]]:
+    """Return the weakest mode with a neighbour that was not asked about yet, and its parts."""
+    poles = model.poles
+    spacing = np.abs(np.abs(poles)[:, np.newaxis] / np.abs(poles) - 1.0)
+    np.fill_diagonal(spacing, np.inf)
+    for mode in np.argsort(model.losses):
+        other = int(np.argmin(spacing[mode]))
+        if spacing[mode, other] < SAME_RESONANCE and complex(poles[mode]) not in asked:
+            driven = _driven(parts, np.abs(poles[[mode, other]]) / (2.0 * np.pi))
+            if len(driven) > 1:
+                return int(mode), driven
+    return None, []
+
+
+def _driven(parts: Sequence[Lines], pair: FloatArray) -> list[Lines]:
+    """Return the parts whose input reaches both sides of a pair of modes [Hz]."""
+    middle = float(pair.mean())
+    low, high = middle * (1.0 - SAME_RESONANCE), middle * (1.0 + SAME_RESONANCE)
+    power = np.zeros((len(parts), 2))
+    for i, part in enumerate(parts):
+        each = np.sum(np.abs(part.inputs) ** 2, axis=0)
+        for k, (begin, end) in enumerate(((low, middle), (middle, high))):
+            inside = (part.frequency >= begin) & (part.frequency <= end)
+            power[i, k] = each[inside].mean() if inside.any() else 0.0
+    reached = (power > DRIVEN_SHARE * power.max(axis=0, initial=0.0)).all(axis=1)
+    return [part for part, kept in zip(parts, reached, strict=True) if kept]
+
+
+def predicted_deviance(
+    poles: ComplexArray, parts: Sequence[Lines], free: ComplexArray
+) -> FloatArray:
+    """Return the deviance of each part from its prediction by residues of all others [-].
+
+    Parameters
+    ----------
+    poles : (n_modes,) complex array
+        Those of the model [rad/s].
+    parts : sequence of Lines
+        Parts of a record.
+    free : (n,) complex array
+        Poles of the decay from the start of a part, which no other part can foretell: the same
+        for all models that are compared [rad/s].
+
+    Returns
+    -------
+    (n_parts,) array
+        -2 ln(likelihood), up to a constant.
+    """
+    whole = joined(parts)
+    steady = replace(whole, transient=False)
+    columns = _columns(steady, poles)
+    columns /= np.linalg.norm(columns, axis=1, keepdims=True)
+    targets = stacked(whole.outputs)
+    reduced = []
+    for part, own in zip(parts, whole.records, strict=True):
+        decay = _columns(replace(part, inputs=part.inputs[:0]), free)
+        taken, _ = orthonormal((decay / np.linalg.norm(decay, axis=1, keepdims=True)).T)
+        rows = np.concatenate([columns, targets])[:, np.tile(own, 2)]
+        reduced.append(rows - (rows @ taken) @ taken.T)
+    gram = np.array([rows @ rows.T for rows in reduced])
+    n = len(columns)
+    found = []
+    for rows, products in zip(reduced, gram.sum(axis=0) - gram, strict=True):
+        residues = np.linalg.lstsq(products[:n, :n], products[:n, n:], rcond=1e-14)[0]
+        left = np.mean((rows[n:] - residues.T @ rows[:n]) ** 2, axis=1)
+        found.append(rows.shape[1] * np.sum(np.log(np.maximum(left, 1e-300))))
+    return np.array(found)
+
+
+def _columns(lines: Lines, poles: ComplexArray) -> FloatArray:
+    """Return all columns of the linear problem for poles, (n_columns, 2 n_lines)."""
+    basis = basis_of(lines, poles, rest_of(lines))
+    return np.concatenate([basis.columns.reshape(-1, basis.rest.shape[1]), basis.rest])

@@ -84,7 +84,6 @@ def stabilisation(
     sums: Sums,
     orders: Sequence[int],
     band: tuple[float, float],
-    tolerances: Tolerances | None = None,
 ) -> Diagram:
     """Return the stabilisation diagram of sums over lines, with its clusters.
 
@@ -96,15 +95,13 @@ def stabilisation(
         Rising orders of the fits.
     band : (float, float)
         Where poles are kept [Hz].
-    tolerances : Tolerances, optional
-        How little a stable pole may change.
 
     Returns
     -------
     Diagram
         Poles by order, clusters numbered by frequency.
     """
-    return diagram_of([poles_of_order(sums, order) for order in orders], band, tolerances)
+    return diagram_of([poles_of_order(sums, order) for order in orders], band)
 
 
 def diagram_of(
@@ -144,7 +141,7 @@ def _inside(fit: OrderPoles, band: tuple[float, float]) -> OrderPoles:
     return OrderPoles(fit.order, fit.poles[kept], fit.shapes[kept])
 
 
-def _alike(
+def _matching_poles(
     poles: ComplexArray,
     shapes: ComplexArray,
     others: ComplexArray,
@@ -167,7 +164,7 @@ def _stable(
 ) -> NDArray[np.bool_]:
     if before is None or not before.poles.size or not fit.poles.size:
         return np.zeros(fit.poles.size, dtype=bool)
-    near = _alike(fit.poles, fit.shapes, before.poles, before.shapes, limits)
+    near = _matching_poles(fit.poles, fit.shapes, before.poles, before.shapes, limits)
     return np.asarray(near.any(axis=1))
 
 
@@ -178,7 +175,7 @@ def _clusters(diagram: Diagram, limits: Tolerances, n_orders: int) -> NDArray[np
     rows = np.flatnonzero(diagram.stable)
     if not rows.size:
         return cluster
-    near = _alike(poles[rows], shapes[rows], poles[rows], shapes[rows], limits)
+    near = _matching_poles(poles[rows], shapes[rows], poles[rows], shapes[rows], limits)
     near |= near.T
     free = np.ones(rows.size, dtype=bool)
     found: list[NDArray[np.intp]] = []
@@ -226,13 +223,13 @@ def candidates(diagram: Diagram) -> tuple[ComplexArray, ComplexArray, NDArray[np
     )
 
 
-def are_wanted(poles: ComplexArray, keep: Sequence[float]) -> NDArray[np.bool_]:
+def are_requested(poles: ComplexArray, keep: Sequence[float]) -> NDArray[np.bool_]:
     """Return which poles [rad/s] are those that the user wants kept, near `keep` [Hz]."""
     distance = np.abs(np.divide.outer(frequency_of(poles), np.array(keep, dtype=float)) - 1.0)
     return np.asarray(np.any(distance < SAME_PLACE, axis=1))
 
 
-def wanted_poles(
+def requested_poles(
     diagram: Diagram, poles: ComplexArray, keep: Sequence[float]
 ) -> tuple[NDArray[np.intp], list[str]]:
     """Return the poles of a diagram that the user wants kept and that are none of the modes.
@@ -258,7 +255,7 @@ def wanted_poles(
     stable = np.flatnonzero(diagram.stable)
     for wanted in keep:
         there = np.append(poles, diagram.poles[rows])
-        if are_wanted(there, [wanted]).any():
+        if are_requested(there, [wanted]).any():
             continue
         distance = np.abs(frequency_of(diagram.poles[stable]) / wanted - 1.0)
         if not distance.size or distance.min() > REACH:

@@ -29,8 +29,8 @@ from shakerproc.modal.scatter import BLOWS, with_scatter
 from shakerproc.numerals import numeral
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.hammer.blows import Blow, Setup, windowed
-from shakerproc.spectra.hammer.strikes import LOUD
+from shakerproc.spectra.blows import Blow, Setup, windowed
+from shakerproc.spectra.strikes import LOUD
 from shakerproc.testlog import Test
 
 Record = tuple[FloatArray, FloatArray]

@@ -7,9 +7,9 @@ from shakerproc.model_files.effect_files import (
     load_effects,
     used_effects,
 )
-from shakerproc.model_files.provenance import Provenance
 from shakerproc.model_files.reading import ModelFile, read_model, read_model_file
 from shakerproc.model_files.writing import (
+    Provenance,
     element_text,
     model_text,
     structure_text,

@@ -1,4 +1,4 @@
-"""Coupon files: dimensions, material and clamp of a coupon, and what was published of it."""
+"""Coupon files: dimensions, material and clamp of a coupon, and its published values."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,7 +79,7 @@ class PublishedStiffness(Section):
 
 
 class StiffnessSection(Section):
-    """How the stiffness of the hole is found, and what was published."""
+    """How the stiffness of the hole is found, and its published values."""
 
     source: str = ""
     thickness: Length | None = None

@@ -106,7 +106,7 @@ def modal_equivalent(coupon: Coupon, count: int = 1) -> ModalEquivalent:
 def out_of_plane_model(
     coupon: Coupon, title: str, damping_ratio: float, count: int = 1
 ) -> tuple[Model, str]:
-    """Return the model of a plate on an evenly moving table, and what to say of it.
+    """Return the model of a plate on an evenly moving table, and remarks on it.
 
     `damping_ratio` is a share of the critical damping [-].
     """
@@ -124,7 +124,7 @@ def out_of_plane_model(
 def in_plane_model(
     coupon: Coupon, title: str, damping_ratio: float, frequency: float, law: str
 ) -> tuple[Model, str]:
-    """Return the model of a coupon on the stiffness of its hole, and what to say of it.
+    """Return the model of a coupon on the stiffness of its hole, and remarks on it.
 
     `damping_ratio` is a share of the critical damping [-], `frequency` in [Hz].
     """

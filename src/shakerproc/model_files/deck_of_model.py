@@ -11,9 +11,9 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.exchange.nastran_decks import Bush, TransientDeck
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.damper import Damper
-from shakerproc.models.parallel_elements import resolved
 
 POINTS: Final = 2001
 """Of the table of a curved law over its range."""

@@ -10,19 +10,19 @@ import yaml
 
 from shakerproc import files
 from shakerproc.errors import DocumentError
-from shakerproc.model_files.provenance import Provenance, record_lines
 from shakerproc.model_files.reading import ModelFile, read_model_file
 from shakerproc.model_files.writing import (
+    Provenance,
     element_text,
     mode_text,
     number,
     parameter_text,
+    record_lines,
     structure_in_brackets,
     text_of,
 )
-from shakerproc.models.mode import Mode
 from shakerproc.models.model import Element
-from shakerproc.models.structure import Structure
+from shakerproc.models.structure import Mode, Structure
 
 Changes = Mapping[int, Mapping[str, float]]
 """New values by the number of the element in the file, from 0, and the parameter [SI]."""
@@ -31,7 +31,7 @@ Changes = Mapping[int, Mapping[str, float]]
 @final
 @dataclass(frozen=True, slots=True, order=True)
 class _Edit:
-    """A stretch of the text and what takes its place."""
+    """A stretch of the text and its replacement."""
 
     start: int
     stop: int
@@ -132,7 +132,7 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
 
 
 def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
-    """Write the changed text, once it has been read back and says what it should."""
+    """Write the changed text, once it has been read back and checked."""
     before, new = read_model_file(path), wanted.numbers
     motion = before.model.motion
     text = path.read_bytes().decode("utf-8-sig")
@@ -164,7 +164,7 @@ def _joined(text: str, lines: Sequence[str]) -> str:
 
 
 def _check_written(before: ModelFile, path: Path, wanted: _Wanted) -> None:
-    """Pass a changed file that reads back as what it should say.
+    """Check that a changed file reads back as intended.
 
     Raises
     ------
@@ -307,7 +307,7 @@ def _addition(text: str, elements: Any, written: str) -> _Edit:
 
 
 def _end(node: Any) -> int:
-    """Return where the last thing in a node ends, before what follows it."""
+    """Return where the last thing in a node ends."""
     if isinstance(node, yaml.ScalarNode) or node.flow_style or not node.value:
         return int(node.end_mark.index)
     last = node.value[-1]

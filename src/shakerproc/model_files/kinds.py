@@ -1,18 +1,75 @@
 """A mapping of a model file, turned into the effect or fault that its kind names."""
 
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, Final, Protocol, TypeVar
 
 from pydantic import BaseModel
 
 from shakerproc.documents import Document
-from shakerproc.model_files.values import is_list_of_mappings, read_numbers, read_rows
 from shakerproc.models.effects import SPELLINGS
 from shakerproc.models.effects.base import Parameter, parameter_in
 from shakerproc.models.motion import Motion
 from shakerproc.units import example, near_miss, quoted, to_si
 
+_NUMBERS: Final = re.compile(
+    r"((?:[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?:\s*,\s*|\s+|$))+)(.*)", re.DOTALL
+)
+MOST_NUMBERS: Final = 4096
+"""Numbers that a table may have in all."""
+
 Schema = TypeVar("Schema", bound=BaseModel)
+
+
+def read_numbers(value: object, parameter: Parameter) -> tuple[float, ...]:
+    """Return the numbers of a text such as ``-0.1 0 0.1 mm`` in SI.
+
+    Raises
+    ------
+    ValueError
+        If it is none, with what was expected.
+    """
+    text = repr(value) if isinstance(value, int | float) else value
+    found = _NUMBERS.fullmatch(text.strip()) if isinstance(text, str) else None
+    if found is None:
+        raise ValueError(
+            "expected numbers with one unit at the end, such as "
+            f"{example_numbers(parameter)}, got {quoted(value)}"
+        )
+    unit = found[2].strip()
+    words = found[1].replace(",", " ").split()
+    if len(words) > MOST_NUMBERS:
+        raise ValueError(f"expected {MOST_NUMBERS} numbers at most, got {len(words)}")
+    return tuple(to_si(f"{word} {unit}".strip(), parameter.unit) for word in words)
+
+
+def read_rows(value: object, parameter: Parameter) -> tuple[tuple[float, ...], ...]:
+    """Return rows of numbers, each a text.
+
+    Raises
+    ------
+    ValueError
+        If they are none, with what was expected.
+    """
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"expected a list of rows, such as [{example_numbers(parameter)}]")
+    rows = []
+    for i, row in enumerate(value, 1):
+        try:
+            rows.append(read_numbers(row, parameter))
+        except ValueError as error:
+            raise ValueError(f"row {i}: {error}") from error
+    return tuple(rows)
+
+
+def example_numbers(parameter: Parameter) -> str:
+    """Return how numbers are written."""
+    return f"-1 0 1 {parameter.unit}"
+
+
+def is_list_of_mappings(value: Any) -> bool:
+    """Return whether a value is a list of mappings, as effects within an effect are."""
+    return isinstance(value, list) and all(isinstance(one, dict) for one in value)
 
 
 class Kind(Protocol):

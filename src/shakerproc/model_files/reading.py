@@ -14,9 +14,9 @@ from shakerproc.model_files.structures import check_driven, read_structures
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.faults import FAULTS
-from shakerproc.models.mode import Mode
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
 from shakerproc.models.motion import Motion, unit_in
+from shakerproc.models.structure import Mode
 from shakerproc.units import example, near_miss, quoted, to_si
 
 
@@ -134,7 +134,7 @@ def _motion(document: Document[ModelSchema]) -> Motion:
 
 
 def _reads(written: object, unit: str) -> bool:
-    """Return whether what is written is a number of a unit."""
+    """Return whether a text is a number of a unit."""
     try:
         to_si(written, unit)
     except ValueError:

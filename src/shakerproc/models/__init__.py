@@ -2,11 +2,10 @@
 
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
-from shakerproc.models.faults import FAULTS
-from shakerproc.models.faults.base import AbstractFault
-from shakerproc.models.mode import Mode
+from shakerproc.models.faults import FAULTS, AbstractFault
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
-from shakerproc.models.sampling import AbstractSampledEffect
+from shakerproc.models.structure import Mode
+from shakerproc.models.tabulated import AbstractSampledEffect
 
 __all__ = [
     "BASE",

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from shakerproc.models import effects, faults
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.faults.base import AbstractFault
+from shakerproc.models.faults import AbstractFault
 from shakerproc.models.own_effects import tried
 
 EXAMPLES: Mapping[str, AbstractEffect] = MappingProxyType({

@@ -8,10 +8,9 @@ from typing import Final, Literal, TypeAlias, final
 from shakerproc import checks
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.faults.base import AbstractFault
-from shakerproc.models.mode import Mode
+from shakerproc.models.faults import AbstractFault
 from shakerproc.models.motion import Motion, unit_in
-from shakerproc.models.structure import Structure
+from shakerproc.models.structure import Mode, Structure
 from shakerproc.models.validation import check_model
 
 BASE: Final = "base"
@@ -244,7 +243,7 @@ class Model:
 
     @property
     def rigid_masses(self) -> dict[str, float]:
-        """Mass of each place less what moves with the further modes [kg]."""
+        """Mass of each place less the masses of its further modes [kg]."""
         return {
             name: mass - sum(m.mass * m.participation.get(name, 0.0) ** 2 for m in self.modes)
             for name, mass in self.masses.items()

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakerproc.errors import ModelError
-from shakerproc.models.coordinates import Coordinates, coordinates_of
+from shakerproc.models.coordinates import Coordinates, coordinates_of, mobility, resolved
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.effects.spring import Spring
-from shakerproc.models.parallel_elements import mobility, resolved
 from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Before the test: displacement against clearance, what a recording will hold, rehearsal."""
+"""Before the test: displacement against clearance, contents of a recording, rehearsal."""
 
 from shakerproc.planning.acquisition import (
     Averaging,
@@ -6,26 +6,27 @@ from shakerproc.planning.acquisition import (
     duration_of_test,
     sample_rate_of_test,
 )
-from shakerproc.planning.columns import bands_text, plan_columns, plan_documents
-from shakerproc.planning.inputs import (
-    AbstractInput,
-    RandomInput,
-    SineInput,
-    TableMotion,
-    input_of_test,
-)
 from shakerproc.planning.joints import (
     AbstractJoint,
     FreeJoint,
     JointMode,
     ModelJoint,
+    Play,
     Walls,
+    Warming,
     joint_of_model,
+    play_of_test,
 )
-from shakerproc.planning.limits import ShakerLimits
-from shakerproc.planning.plan import BaseTravel, Needed, PlannedTest, PlanWish
+from shakerproc.planning.plan import (
+    BaseTravel,
+    Needed,
+    PlannedTest,
+    PlanWish,
+    bands_text,
+    plan_columns,
+    plan_documents,
+)
 from shakerproc.planning.planned import displacement_of_test, plan_campaign, plan_test
-from shakerproc.planning.play import Play, Warming, play_of_test
 from shakerproc.planning.reach import (
     Reach,
     bands_above,
@@ -40,6 +41,14 @@ from shakerproc.planning.rehearsal import (
     rehearse,
     respond,
     with_usual_roles,
+)
+from shakerproc.planning.shaker import (
+    AbstractInput,
+    RandomInput,
+    ShakerLimits,
+    SineInput,
+    TableMotion,
+    input_of_test,
 )
 from shakerproc.planning.suggested import suggested_tests
 from shakerproc.spectra.tones.passing import fastest_rate, swept_peak

@@ -9,9 +9,14 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.planning.inputs import PEAK_FACTOR, AbstractInput, RandomInput, SineInput
 from shakerproc.planning.joints import AbstractJoint, Walls
-from shakerproc.planning.limits import ShakerLimits
+from shakerproc.planning.shaker import (
+    PEAK_FACTOR,
+    AbstractInput,
+    RandomInput,
+    ShakerLimits,
+    SineInput,
+)
 
 Contact: TypeAlias = Literal["none", "one side", "both sides"]
 Band: TypeAlias = tuple[float, float]
@@ -252,7 +257,7 @@ def _integral(frequency: FloatArray, values: FloatArray) -> float:
 
 
 def _pieces(frequency: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the integrals between frequencies of what is straight on double-log paper."""
+    """Return the integrals between frequencies of lines straight on double-log paper."""
     f, y = frequency, np.maximum(values, 1e-300)
     ratio = np.log(f[1:] / f[:-1])
     power = np.log(y[1:] / y[:-1]) / ratio + 1.0

@@ -16,14 +16,19 @@ from shakerproc.models import BASE, Model
 from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import sample_rate_of_test
-from shakerproc.planning.drive import drive_of_test, length_of_run
-from shakerproc.planning.multisines import check_period
+from shakerproc.planning.drive import check_period, drive_of_test, length_of_run
 from shakerproc.planning.written_channels import WrittenChannel, written_channels
 from shakerproc.runs import usual_roles
-from shakerproc.simulation import Input, InterpolationError, Simulation, prepare, simulate
+from shakerproc.simulation import (
+    Input,
+    InterpolationError,
+    SimulatedResponse,
+    prepare,
+    simulate,
+)
 from shakerproc.simulation.inputs import MOST_SAMPLES
-from shakerproc.simulation.interpolation import finer as finer_samples
-from shakerproc.simulation.interpolation import interpolation_error
+from shakerproc.simulation.pieces import finer as finer_samples
+from shakerproc.simulation.pieces import interpolation_error
 from shakerproc.testlog import Test
 from shakerproc.testlog.excitation import FORCES, LEVELS
 
@@ -87,7 +92,7 @@ class Staging:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Rehearsed:
-    """A recording that no shaker made, and what is known of the motion behind it.
+    """A simulated recording, and the motion behind it.
 
     Attributes
     ----------
@@ -95,13 +100,13 @@ class Rehearsed:
         The line of the log.
     recording : Recording
         In memory.
-    simulation : Simulation
+    simulation : SimulatedResponse
         The motion, at a multiple of the recorder's rate.
     """
 
     test: Test
     recording: Recording
-    simulation: Simulation
+    simulation: SimulatedResponse
 
     @property
     def facts(self) -> dict[str, object]:
@@ -232,7 +237,7 @@ class _Driven:
 
 def _recorded(
     model: Model, test: Test, driven: _Driven, staging: Staging, noisy: np.random.Generator
-) -> tuple[Recording, Simulation]:
+) -> tuple[Recording, SimulatedResponse]:
     channels = written_channels(test, model)
     try:
         found = simulate(model, _input(driven), tolerance=_TOLERANCE, growth=staging.growth)
@@ -281,7 +286,7 @@ def _check_length(test: Test, seconds: float, rate: float) -> None:
 
 
 def check_drive(model: Model, test: Test) -> None:
-    """Pass a test whose level is what drives the model: an acceleration, or a force.
+    """Check that the level of a test drives the model: an acceleration, or a force.
 
     Raises
     ------
@@ -320,7 +325,7 @@ def _with_noise(
     return seen if one.volts_per_unit is None else one.volts_per_unit * seen
 
 
-def _held(one: WrittenChannel, found: Simulation, driven: _Driven) -> FloatArray:
+def _held(one: WrittenChannel, found: SimulatedResponse, driven: _Driven) -> FloatArray:
     """Return the measured quantity of a channel at every step, (n,) array."""
     if one.holds == "nothing":
         return np.zeros_like(driven.samples)

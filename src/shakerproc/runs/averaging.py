@@ -15,18 +15,20 @@ from shakerproc.numerals import numeral
 from shakerproc.runs.result import lone_force
 from shakerproc.runs.roles import is_called
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.hammer.blow_checks import impulse_share, incomplete, judge
-from shakerproc.spectra.hammer.blows import (
+from shakerproc.spectra.blows import (
     LEAST_QUIET,
     BlockCut,
     Blow,
     Blows,
     Setup,
+    impulse_share,
+    incomplete,
+    judge,
     noise_before,
     windowed,
 )
-from shakerproc.spectra.hammer.strikes import Strikes, find_strikes, usual_length
 from shakerproc.spectra.range_ends import range_ends
+from shakerproc.spectra.strikes import Strikes, find_strikes, usual_length
 from shakerproc.testlog import Hammer, Test
 
 PRETRIGGER: Final = (0.01, 16)

@@ -30,7 +30,7 @@ from shakerproc.runs.pairs import functions_of
 from shakerproc.runs.result import BoolArray, ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.tracking import SweptReading
 from shakerproc.spectra import Damping
-from shakerproc.spectra.random_errors import mean_square_error, tallest_bins
+from shakerproc.spectra.responses.bounds import mean_square_error, tallest_bins
 
 ONE_AVERAGE: Final = "one average tells no scatter"
 NOT_RESOLVED: Final = "the bins do not resolve the peak, and no mode fits it"
@@ -229,8 +229,8 @@ def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> list[
         return [rectangular("resolution", off, "distance from the fit of the mode")]
     if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
         return [unknown("resolution", NOT_RESOLVED)]
-    own = spectra.own_width(seen, cross.resolution)
-    low = 1.0 / spectra.seen_share(cross, own) - 1.0
+    own = spectra.resonance_width(seen, cross.resolution)
+    low = 1.0 / spectra.smeared_height(cross, own) - 1.0
     beside = (cross.bin_width / own) ** 2 / of.power
     return [
         bias("resolution", height * low, "smearing by the window"),

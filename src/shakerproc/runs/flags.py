@@ -16,7 +16,7 @@ from shakerproc.runs.result import BoolArray, RunFlag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import too_fast
 from shakerproc.spectra import Sweep
-from shakerproc.spectra.exceedance import surely_beyond
+from shakerproc.spectra.profiles import surely_beyond
 from shakerproc.testlog import Test, ThresholdCrop, nominal_duration
 
 EXPIRED: Final = "calibration"

@@ -25,7 +25,7 @@ from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
 from shakerproc.recordings.source_files import Seen
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.runs.roles import row_named
-from shakerproc.spectra.clocks import Clock, clock_against
+from shakerproc.spectra.clocks import RecorderClock, clock_against
 
 CLOSE: Final = 2e-3
 """How far the clock that stamps files may be off at the start of a part [s]."""
@@ -180,7 +180,7 @@ class BesideSource(SampleSource):
 
     main: Recording
     other: Recording
-    clock: Clock
+    clock: RecorderClock
     first: int
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
@@ -230,9 +230,9 @@ def side_by_side(
     RecordingError
         If there is no such channel, they have nothing in common, or no time.
     """
-    clock, told = Clock(0.0), "they begin together (starts: ignore)"
+    clock, told = RecorderClock(0.0), "they begin together (starts: ignore)"
     if stamped:
-        clock, told = Clock(_by_stamps(main, other)), "they have one clock"
+        clock, told = RecorderClock(_by_stamps(main, other)), "they have one clock"
     if common is not None:
         clock, told = _clock(main, other, common)
     names = {channel.name for channel in main.channels}
@@ -242,7 +242,7 @@ def side_by_side(
             f"{main.run}: {_name(main)} and {_name(other)} both have a channel {twice[0]}. "
             "Give one another name under beside, or the role ignore."
         )
-    exact = clock == Clock(0.0) and other.sample_rate == main.sample_rate
+    exact = clock == RecorderClock(0.0) and other.sample_rate == main.sample_rate
     edge = 0.0 if exact else TAPS / min(other.sample_rate, main.sample_rate)
     until = clock.offset + other.duration / (1.0 + clock.drift) - edge
     first = max(0, int(np.ceil((clock.offset + edge) * main.sample_rate)))
@@ -302,7 +302,7 @@ def _by_stamps(main: Recording, other: Recording) -> float:
 
 def _clock(
     main: Recording, other: Recording, common: tuple[str | int, str | int]
-) -> tuple[Clock, str]:
+) -> tuple[RecorderClock, str]:
     """Return the clock of a recorder against that of another, and what was found.
 
     Raises

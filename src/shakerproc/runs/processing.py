@@ -23,7 +23,7 @@ from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
 from shakerproc.runs.thinning import envelope
 from shakerproc.runs.tones import notched, tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
-from shakerproc.spectra.tones.lines import SpectralLine, told
+from shakerproc.spectra.tones.lines import SpectralLine, lines_sentence
 from shakerproc.testlog import Test, TestLog
 
 IN_MEMORY: Final = 1e8
@@ -259,7 +259,7 @@ def _why_not(
 ) -> list[str]:
     """Return why the level is not checked, why no response function is there, and tones."""
     why = "" if test.rings else _why_no_response(channels, controls)
-    said = (levels.unseen(test, channels), why, told(lines), _no_shapes(cross))
+    said = (levels.unseen(test, channels), why, lines_sentence(lines), _no_shapes(cross))
     return [sentence for sentence in said if sentence]
 
 

@@ -114,7 +114,7 @@ def density_peaks(
         averages = search.spectra.effective_averages
         chance = np.full(values.shape, averages**-0.5) if averages > 1.0 else None
         if search.lines and i in responses:
-            left = spectra.beside_lines(search.spectra, search.lines, i)
+            left = spectra.clear_of_lines(search.spectra, search.lines, i)
             peaks = search.peaks(spectra.masked(values, left), chance)
         else:
             peaks = search.peaks(values, chance) or search.peaks(values, None)
@@ -132,7 +132,7 @@ def response_peaks(
     found: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
     if against is not None and not search.one_frequency:
         for row, channel in enumerate(responses):
-            apart = spectra.beside_lines(search.spectra, search.lines, channel)
+            apart = spectra.clear_of_lines(search.spectra, search.lines, channel)
             gain = spectra.masked(np.abs(against.h1[row]), against.valid & apart)
             chance = spectra.gain_random_error(
                 np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages

@@ -23,8 +23,8 @@ from shakerproc.spectra import (
     Spectrogram,
     Statistics,
 )
-from shakerproc.spectra.hammer.blows import Blows
-from shakerproc.spectra.tones.mixed import MixedTones
+from shakerproc.spectra.blows import Blows
+from shakerproc.spectra.tones.lines import MixedTones
 from shakerproc.spectra.tones.orders import Rotation
 from shakerproc.testlog import Test
 

@@ -16,8 +16,7 @@ from shakerproc.runs.result import (
     NotchResult,
 )
 from shakerproc.spectra import Crop
-from shakerproc.spectra.tones.lines import centre_of
-from shakerproc.spectra.tones.mixed import MixedTones, check_apart, mixed_tones
+from shakerproc.spectra.tones.lines import MixedTones, centre_of, check_separable, mixed_tones
 from shakerproc.testlog import Test
 
 FILTERED: Final = 2**20
@@ -173,7 +172,7 @@ def _places(
         return sorted(line.frequency for line in lines)
     density = spectra.psd(cross)[list(controls)].mean(axis=0)
     places, stated = [], [tone.frequency for tone in test.tones]
-    check_apart(stated, test.processing.welch.segment, cross.sample_rate)
+    check_separable(stated, test.processing.welch.segment, cross.sample_rate)
     for tone in test.tones:
         reach = max(frequency_tolerance(tone.frequency), cross.bin_width)
         others = [abs(tone.frequency - one) / 2.0 for one in stated if one != tone.frequency]

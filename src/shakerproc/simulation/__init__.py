@@ -1,6 +1,5 @@
 """A model and an excitation in, the response out: exact, Taylor, DOP853, harmonic balance."""
 
-from shakerproc.simulation.band_limited import has_jumps, is_smooth
 from shakerproc.simulation.free_runs import (
     TOLD_APART,
     FreeRuns,
@@ -11,9 +10,10 @@ from shakerproc.simulation.free_runs import (
     motions_of,
 )
 from shakerproc.simulation.inputs import Input, prepare, prepare_displacement
-from shakerproc.simulation.interpolation import InterpolationError
+from shakerproc.simulation.pieces import InterpolationError
 from shakerproc.simulation.response import simulate, simulate_many
-from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
+from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, SimulatedResponse
+from shakerproc.simulation.window_sensing import has_jumps, is_smooth
 
 __all__ = [
     "CHAOTIC_GROWTH",
@@ -24,7 +24,7 @@ __all__ = [
     "Input",
     "InterpolationError",
     "Runs",
-    "Simulation",
+    "SimulatedResponse",
     "free_runs",
     "has_jumps",
     "is_smooth",

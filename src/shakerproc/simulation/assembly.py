@@ -8,10 +8,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
-from shakerproc.models.coordinates import Coordinates, coordinates_of
+from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
 from shakerproc.models.laws import Law, Row, largest_state
 from shakerproc.models.model import Model
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.kernels.table import LAW, MEMORY, NOBODY, STACK, Machine
 
 _WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SERIES})
@@ -68,7 +67,7 @@ class System:
 
     @property
     def largest_states(self) -> FloatArray:
-        """Size of each state and what it cannot exceed, (n_states, 2) array."""
+        """Size of each state and its limit, (n_states, 2) array."""
         found = [
             largest_state(Law(line[LAW]), values)
             for line, values in zip(self.machine.lines, self.machine.values, strict=True)

@@ -16,8 +16,12 @@ from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS, integrate_dop853
 from shakerproc.simulation.kernels.exact import DONE, STUCK, integrate
 from shakerproc.simulation.kernels.table import Machine, Store, room_for_series
-from shakerproc.simulation.sensing import read_sensors
-from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, Simulation
+from shakerproc.simulation.simulation import (
+    CHAOTIC_GROWTH,
+    SENSITIVE_GROWTH,
+    SimulatedResponse,
+    read_sensors,
+)
 
 _DISTURBANCE = 1e-10
 _FINEST_DOP853 = 1e-13
@@ -112,7 +116,7 @@ class Case:
         return "exact propagators" if self.store.parts.size else "Taylor series"
 
 
-def simulated_case(case: Case, *, growth: bool) -> Simulation:
+def simulated_case(case: Case, *, growth: bool) -> SimulatedResponse:
     """Return the response of a case."""
     motion, relative, stats = _run(case)
     n = len(case.system.names)
@@ -124,7 +128,7 @@ def simulated_case(case: Case, *, growth: bool) -> Simulation:
     if case.model.excitation.moves_base:
         absolute = absolute + samples
     error = case.given.missed + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
-    simulation = Simulation(
+    simulation = SimulatedResponse(
         sample_rate=given.sample_rate,
         outputs={},
         excitation=samples,

@@ -14,9 +14,9 @@ from scipy.integrate import solve_ivp
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError, SimulationError
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.model import Model
-from shakerproc.models.parallel_elements import resolved
 
 _ITERATIONS = 50
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulation.chirps import Chirp
-from shakerproc.simulation.pieces import Signal
+from shakerproc.simulation.pieces import Chirp, Signal
 
 
 def rest() -> Signal:
@@ -65,23 +64,6 @@ def linear_sweep(
     checks.not_negative("first", first, "Hz")
     checks.not_negative("last", last, "Hz")
     return Chirp(first, (last - first) / duration, amplitude, phase)
-
-
-def literal_sweep(first: float, last: float, duration: float, amplitude: float) -> Signal:
-    r"""Return the thesis' eq. 5.1 to the letter, which sweeps at twice the rate it names.
-
-    .. math:: A \cos(\omega(t) t), \qquad \omega(t) = \omega_0 + (\omega_1 - \omega_0) t / T
-
-    Its momentary frequency is :math:`f_0 + 2 (f_1 - f_0) t / T`.
-
-    Parameters
-    ----------
-    first, last : float
-        Frequencies named at time 0 and at `duration` [Hz].
-    duration, amplitude : float
-        Time [s], and amplitude [m/s^2 or N].
-    """
-    return linear_sweep(first, 2.0 * last - first, duration, amplitude, 0.5 * np.pi)
 
 
 def logarithmic_sweep(
@@ -192,7 +174,7 @@ def half_sine_shock(amplitude: float, width: float, delay: float = 0.0) -> Signa
     return signal
 
 
-def together(*signals: Signal) -> Signal:
+def sum_of_signals(*signals: Signal) -> Signal:
     """Return the sum of signals."""
 
     def signal(time: FloatArray) -> FloatArray:

@@ -247,7 +247,7 @@ def _repeat_last(model: Model, placed: Placed, flat: FloatArray) -> None:
 
 
 def _apply_faults(model: Model, runs: Runs, outputs: tuple[FloatArray, ...]) -> None:
-    """Let the sensors that have faults record what they do."""
+    """Apply the faults of sensors to their signals."""
     for i, sensor in enumerate(model.sensors.values()):
         for fault in sensor.faults:
             for (test, *_), found in zip(runs.windows, outputs, strict=True):

@@ -7,9 +7,16 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
-from shakerproc.simulation.chirps import ROUNDING, Chirp
-from shakerproc.simulation.interpolation import InterpolationError, interpolation_error
-from shakerproc.simulation.pieces import Hold, Signal, pieces_of_samples, pieces_of_signal
+from shakerproc.simulation.pieces import (
+    ROUNDING,
+    Chirp,
+    Hold,
+    InterpolationError,
+    Signal,
+    interpolation_error,
+    pieces_of_samples,
+    pieces_of_signal,
+)
 
 MISSED: Final = 1e-4
 """Share of the largest value by which pieces may miss the band-limited signal through measured
@@ -174,7 +181,7 @@ def _imposed(given: Input, displacement: FloatArray) -> Input:
 
 
 def prepare_measured(samples: FloatArray, sample_rate: float, *, imposed: bool) -> Input:
-    """Return the input of simulations from what was measured, in as many parts as it needs.
+    """Return the input of simulations from a measurement, in as many parts as it needs.
 
     A drive up to a third of the sample rate is missed by pieces of a sample each; a joint that
     slips for a moment where it is largest feels that. Of noise up to half the rate more parts

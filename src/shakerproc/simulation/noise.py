@@ -142,26 +142,6 @@ def multisine(
     return np.tile(one, periods)
 
 
-def sine_on_random(
-    noise: FloatArray, sample_rate: float, tones: FloatArray, amplitudes: FloatArray
-) -> FloatArray:
-    """Return noise with sines on it, which begin at phase 0.
-
-    Parameters
-    ----------
-    noise : (n,) array
-        The noise [m/s^2 or N].
-    sample_rate : float
-        Samples per second [Hz].
-    tones, amplitudes : (n_tones,) array
-        Frequency [Hz] and amplitude [m/s^2 or N] of each sine.
-    """
-    time = np.arange(noise.size) / sample_rate
-    angle = 2.0 * np.pi * np.multiply.outer(tones, time)
-    total: FloatArray = noise + amplitudes @ np.sin(angle)
-    return total
-
-
 def faded(samples: FloatArray, sample_rate: float, ramp: float) -> FloatArray:
     """Return samples led up from 0 and down to 0 by half a cosine at both ends.
 

@@ -11,12 +11,11 @@ from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System, assemble
 from shakerproc.simulation.cases import Case, Solver, by_series, first_motion, simulated_case
-from shakerproc.simulation.chirps import ROUNDING, Chirp
 from shakerproc.simulation.inputs import Input, as_input, prepare_long
 from shakerproc.simulation.kernels.table import Machine, Store
-from shakerproc.simulation.pieces import Signal
+from shakerproc.simulation.pieces import ROUNDING, Chirp, Signal
 from shakerproc.simulation.propagators import branches_of, build_store, no_store
-from shakerproc.simulation.simulation import Simulation
+from shakerproc.simulation.simulation import SimulatedResponse
 
 Result = TypeVar("Result")
 
@@ -36,7 +35,7 @@ def simulate(
     tolerance: float = 1e-15,
     growth: bool = True,
     solver: Solver = "automatic",
-) -> Simulation:
+) -> SimulatedResponse:
     """Return the response of a model.
 
     Piecewise-linear laws (gaps, stops, Coulomb friction, sliders) are carried by exact
@@ -99,7 +98,7 @@ def simulate_many(
     excitation: FloatArray | Signal | Input,
     sample_rate: float | None = None,
     *,
-    reduce: Callable[[Simulation], Result],
+    reduce: Callable[[SimulatedResponse], Result],
     duration: float | None = None,
     tolerance: float = 1e-15,
     growth: bool = False,
@@ -112,7 +111,7 @@ def simulate_many(
     models : sequence of Model
         What is shaken.
     reduce : function
-        Called with each `Simulation`, so that not all of them are kept.
+        Called with each `SimulatedResponse`, so that not all of them are kept.
     excitation, sample_rate, duration, tolerance, growth
         See `simulate` [units as there].
     workers : int, optional

@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System
-from shakerproc.simulation.band_limited import has_jumps
 from shakerproc.simulation.cases import dop853_tableau, least_sizes
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
@@ -20,7 +19,7 @@ from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import walk_windows
 from shakerproc.simulation.propagators import build_store
-from shakerproc.simulation.window_sensing import Motion, base_motion, sense
+from shakerproc.simulation.window_sensing import WindowMotion, base_motion, has_jumps, sense
 
 ROWS: Final = 2**15
 """Samples after which the stepper returns, so that memory is bounded and Ctrl-C is heard."""
@@ -123,7 +122,7 @@ class Walk:
         self, given: Input, placed: Placed, starts: FloatArray, flat: FloatArray, *,
         means: bool, nudges: Nudges | None = None, nudged: FloatArray | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Set what the sensors record in windows of one test; return which of them failed.
+        """Set the signals of sensors in windows of one test; return which of them failed.
 
         Parameters
         ----------
@@ -132,7 +131,7 @@ class Walk:
         placed : Placed
             The windows.
         starts : (n, n_motions) array
-            Motion at the first sample of each [m, m/s].
+            WindowMotion at the first sample of each [m, m/s].
         flat : (n_sensors, any) array
             Set, where the windows stand in it [units of the sensors].
         means : bool
@@ -164,7 +163,7 @@ class Walk:
                 moved = _moved(nudges, room.motion[:seen], samples)
                 place = placed.place_of(done - seen, done)
                 moved[(place == 0) | (place > nudges.lead)] = 0.0
-            motion = Motion(
+            motion = WindowMotion(
                 room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps,
                 moved, rate,
             )  # fmt: skip

@@ -11,24 +11,22 @@ from shakerproc.spectra.peaks.damping import (
     Damping,
     damping_of_density,
     damping_of_response,
-    longer_may_resolve,
-)
-from shakerproc.spectra.peaks.finding import Peak, effective_frequencies, find_peaks
-from shakerproc.spectra.peaks.half_power import (
     half_power_ratio,
     is_resolved,
-    own_width,
-    seen_share,
+    longer_may_resolve,
+    resonance_width,
+    smeared_height,
 )
+from shakerproc.spectra.peaks.finding import Peak, find_peaks
 from shakerproc.spectra.responses.bounds import (
     Bounds,
     gain_random_error,
     psd_bounds,
     response_bounds,
 )
-from shakerproc.spectra.responses.conditioned import conditioned
 from shakerproc.spectra.responses.estimators import (
     coherence,
+    conditioned,
     h1,
     h1_of_inputs,
     h2,
@@ -44,14 +42,13 @@ from shakerproc.spectra.thesis import (
     ThesisTables,
     thesis_tables,
 )
-from shakerproc.spectra.tones.lines import SpectralLine, beside_lines, steady_lines
+from shakerproc.spectra.tones.lines import SpectralLine, clear_of_lines, steady_lines
 from shakerproc.spectra.tones.notch_filters import Notched, notch, thesis_notch
 from shakerproc.spectra.tones.passing import SweptMode, fastest_rate, swept_mode
 from shakerproc.spectra.tones.steady import Tone, stepped_response, tone_response
 from shakerproc.spectra.tones.swept import Sweep, stitched, swept_response
-from shakerproc.spectra.welch.cross import CrossSpectra, Detrend
-from shakerproc.spectra.welch.density import psd
-from shakerproc.spectra.welch.description import Statistics, statistics
+from shakerproc.spectra.welch.blocks import Statistics, statistics
+from shakerproc.spectra.welch.cross import CrossSpectra, Detrend, psd
 from shakerproc.spectra.welch.engine import cross_spectra
 from shakerproc.spectra.welch.levels import (
     Imbalance,
@@ -59,8 +56,7 @@ from shakerproc.spectra.welch.levels import (
     cumulative_rms,
     rms_in_band,
 )
-from shakerproc.spectra.welch.periodograms import periodogram
-from shakerproc.spectra.welch.spectrograms import Spectrogram, spectrogram
+from shakerproc.spectra.welch.spectrograms import Spectrogram, periodogram, spectrogram
 from shakerproc.spectra.welch.windows import COSINE_TERMS, effective_averages, window_samples
 
 __all__ = [
@@ -84,7 +80,7 @@ __all__ = [
     "ThesisTables",
     "ThresholdNotReachedError",
     "Tone",
-    "beside_lines",
+    "clear_of_lines",
     "coherence",
     "conditioned",
     "control_imbalance",
@@ -96,7 +92,6 @@ __all__ = [
     "damping_of_response",
     "driven",
     "effective_averages",
-    "effective_frequencies",
     "excited",
     "fastest_rate",
     "find_peaks",
@@ -111,15 +106,15 @@ __all__ = [
     "masked",
     "multiple_coherence",
     "notch",
-    "own_width",
     "periodogram",
     "psd",
     "psd_bounds",
     "psd_ratio",
+    "resonance_width",
     "response_bounds",
     "rms_in_band",
     "sample_at",
-    "seen_share",
+    "smeared_height",
     "spectrogram",
     "statistics",
     "steady_lines",

@@ -33,7 +33,7 @@ FINER: Final = 8
 
 @final
 @dataclass(frozen=True, slots=True)
-class Clock:
+class RecorderClock:
     """Clock of a recorder: time = (t - offset) (1 + drift) at time t of another's.
 
     Attributes
@@ -57,7 +57,7 @@ class Clock:
 
 def clock_against(
     reference: FloatArray, sample_rate: float, other: FloatArray, other_rate: float
-) -> Clock:
+) -> RecorderClock:
     """Return the clock of a recorder, from a motion that two recorders measured.
 
     The loudest part of the middle of the reference is looked for in all of the other, which
@@ -107,7 +107,7 @@ def clock_against(
         )
     slope, at_start = _line(middle[known], delays[known])
     # delay = other less reference, in samples: other = reference (1 + slope) + at_start
-    return Clock(
+    return RecorderClock(
         -at_start / (1.0 + slope) / sample_rate, slope, float(np.median(strength[known]))
     )
 
@@ -130,10 +130,10 @@ def _delay(part: FloatArray, among: FloatArray, shift: int) -> tuple[float, floa
         if abs(nearest + shift) < abs(peak + shift):
             low = max(nearest - part.size // 4, 0)
             peak = low + int(np.argmax(alike[low : nearest + part.size // 4]))
-    return shift + peak + _beside(part, among, peak), float(alike[peak])
+    return shift + peak + _offset_of_peak(part, among, peak), float(alike[peak])
 
 
-def _beside(part: FloatArray, among: FloatArray, peak: int) -> float:
+def _offset_of_peak(part: FloatArray, among: FloatArray, peak: int) -> float:
     """Return how far from a place [samples] the correlation is highest, within two samples."""
     near = np.zeros(part.size + 8)
     low, high = max(peak - 4, 0), min(peak + part.size + 4, among.size)

@@ -113,7 +113,7 @@ def octave_filter(bands: OctaveBands, band: int, sample_rate: float) -> FloatArr
 def rms_through_filters(
     blocks: Iterable[FloatArray], sample_rate: float, bands: OctaveBands
 ) -> FloatArray:
-    """Return the root mean square of what passes the filter of each band.
+    """Return the root mean square of each band by its filter.
 
     Butterworth filters of fourth order to each side; they keep the limits of class 1.
 

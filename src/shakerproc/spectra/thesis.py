@@ -12,10 +12,9 @@ from shakerproc.spectra.crop import Crop, crop_by_threshold
 from shakerproc.spectra.peaks.finding import thesis_peaks
 from shakerproc.spectra.responses.estimators import coherence, psd_ratio
 from shakerproc.spectra.tones.notch_filters import thesis_notch
-from shakerproc.spectra.welch.cross import CrossSpectra, Detrend
-from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.cross import CrossSpectra, Detrend, psd
 from shakerproc.spectra.welch.engine import cross_spectra
-from shakerproc.spectra.welch.periodograms import periodogram
+from shakerproc.spectra.welch.spectrograms import periodogram
 
 Mode: TypeAlias = Literal["thesis", "corrected"]
 

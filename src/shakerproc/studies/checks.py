@@ -1,4 +1,4 @@
-"""Checks of what a study found: a quantity, what is wanted of it, a tolerance, the outcome.
+"""Checks of a study: a quantity, its condition, a tolerance, the outcome.
 
 A verdict is the outcome of checks and of nothing else. What a study file says in words (its
 statement, its comment) is a caption.

@@ -1,4 +1,4 @@
-"""Running the jobs of a study side by side, and taking up again what an earlier run found."""
+"""Running the jobs of a study side by side, and reusing the findings of an earlier run."""
 
 import base64
 import hashlib

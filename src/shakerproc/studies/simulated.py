@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
-from shakerproc.simulation import Simulation, simulate
+from shakerproc.simulation import SimulatedResponse, simulate
 from shakerproc.studies.study import Quantity, StudyRun
 
 NEIGHBOUR = 1e-9
@@ -19,7 +19,7 @@ NEIGHBOUR = 1e-9
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedMotion:
-    """The motion of the first mass relative to the base, what is to settle left out.
+    """The motion of the first mass relative to the base, once it has settled.
 
     Attributes
     ----------
@@ -248,7 +248,7 @@ def strobe(
     return x.T, v.T, float("nan") if found.growth is None else found.growth
 
 
-def _motion(found: Simulation, run: StudyRun) -> SimulatedMotion:
+def _motion(found: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
     skip = int(run.settle * found.excitation.size)
     return SimulatedMotion(
         sample_rate=found.sample_rate,

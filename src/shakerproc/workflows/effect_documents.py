@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from shakerproc.models import AbstractEffect
-    from shakerproc.models.faults.base import AbstractFault
+    from shakerproc.models.faults import AbstractFault
 
     Kind = type[AbstractEffect] | type[AbstractFault]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import ArgumentError, LogError
-from shakerproc.forecasts import Forecast as Found
+from shakerproc.forecasts import CampaignForecast as Found
 from shakerproc.forecasts import document_of, forecast_tests, headline, sentences
 from shakerproc.forecasts.document import SCHEMA
 from shakerproc.forecasts.levels import amplitude_of_measured
@@ -19,7 +19,7 @@ from shakerproc.forecasts.notch_plan import (
     NotchWish,
     check_notches,
 )
-from shakerproc.forecasts.notched_profiles import profile_csv, profile_yaml
+from shakerproc.forecasts.notches import profile_csv, profile_yaml
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
 from shakerproc.workflows.arguments import log_of, switch_of, text_of, whole_of, within_of

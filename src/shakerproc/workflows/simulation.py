@@ -14,7 +14,7 @@ from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
-from shakerproc.simulation import Simulation as Simulated
+from shakerproc.simulation import SimulatedResponse as Simulated
 from shakerproc.simulation import simulate as simulated
 from shakerproc.workflows.arguments import positive_of, switch_of, told
 from shakerproc.workflows.reading import model_of

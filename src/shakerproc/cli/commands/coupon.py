@@ -144,7 +144,7 @@ def _at_stated_radius(described: "CouponFile", count: int) -> "tuple[NamedMode, 
 
 
 def _static(described: "CouponFile", axis: "Axis") -> Static:
-    from shakerproc.finite_elements.hole_table import (
+    from shakerproc.finite_elements.hole_stiffness import (
         MESHES,
         loaded_hole,
         loaded_holes,

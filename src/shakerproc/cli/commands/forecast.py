@@ -10,7 +10,7 @@ from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.forecasts import TestForecast
-    from shakerproc.forecasts.ladder import LastStep
+    from shakerproc.forecasts.model_error import LastStep
     from shakerproc.workflows.forecast import Forecast
 
 
@@ -147,7 +147,7 @@ def print_step(step: "LastStep", json: str | None) -> None:
 
 
 def _rows(one: "TestForecast") -> list[tuple[object, ...]]:
-    from shakerproc.forecasts.sentences import owner
+    from shakerproc.forecasts.document import owner
 
     return [
         (

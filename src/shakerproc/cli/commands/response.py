@@ -163,7 +163,7 @@ def _response(
     import numpy as np
 
     from shakerproc.simulation.harmonic_balance import frequency_response, natural_frequencies
-    from shakerproc.simulation.harmonic_balance.from_model import system_of_model
+    from shakerproc.simulation.harmonic_balance.system import system_of_model
 
     resonances = natural_frequencies(system_of_model(model, level))
     if not np.any(resonances > 0.0) and (from_hz is None or to_hz is None):
@@ -203,7 +203,7 @@ def _backbone(found: "Response", harmonics: int) -> "Backbone | None":
 
     from shakerproc.errors import SimulationError
     from shakerproc.simulation.harmonic_balance import backbone
-    from shakerproc.simulation.harmonic_balance.linear import is_linear
+    from shakerproc.simulation.harmonic_balance.branch import is_linear
 
     if is_linear(found.branches[0].balance.system):
         output.message("linear: the frequency of free motion does not depend on its amplitude")

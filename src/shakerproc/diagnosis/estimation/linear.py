@@ -22,8 +22,8 @@ from shakerproc.diagnosis.estimation.linear_problem import (
 )
 from shakerproc.diagnosis.estimation.linear_start import scanned, wrong_way_and_late
 from shakerproc.models import Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.laws import Law
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation import Runs, free_runs
 from shakerproc.simulation.inputs import prepare_measured
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import Spring, StiffnessDrift
 from shakerproc.models.laws import Law
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation import Input
 
 CONSTANT_SPREAD: Final = 0.1

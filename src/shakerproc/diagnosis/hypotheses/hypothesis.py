@@ -16,9 +16,9 @@ from shakerproc.diagnosis.hypotheses.own_numbers import (
 )
 from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import EFFECTS, AbstractEffect
 from shakerproc.models.identification import Identification
-from shakerproc.models.parallel_elements import resolved
 
 Coordinates = Mapping[str, float | str]
 

@@ -9,9 +9,9 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.models import BASE, Model
+from shakerproc.models.coordinates import mobility
 from shakerproc.models.effects import EFFECTS, Spring
 from shakerproc.models.identification import Identification, JointScales
-from shakerproc.models.parallel_elements import mobility
 
 Joint: TypeAlias = tuple[str, str]
 

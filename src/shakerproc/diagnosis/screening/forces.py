@@ -13,9 +13,9 @@ from shakerproc.diagnosis.screening.motion import Motions
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import AbstractEffect
 from shakerproc.models.laws import Law as Formula
-from shakerproc.models.parallel_elements import resolved
 
 _STEP: Final = 1e-3
 """Share by which each number is changed for its slope: the screening is linear in it [-]."""

@@ -12,10 +12,10 @@ from shakerproc.diagnosis.screening.stretches import Stretch
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import EFFECTS, AbstractEffect
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.identification import Identification, Values
-from shakerproc.models.parallel_elements import resolved
 
 
 @final

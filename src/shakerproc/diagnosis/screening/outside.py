@@ -21,7 +21,7 @@ from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import Model
 from shakerproc.models.effects.table import Table
 from shakerproc.models.identification import Identification
-from shakerproc.models.tabulated import Axis, axis
+from shakerproc.models.tabulated import TableAxis, axis
 
 _FINE: Final = (0.0, 0.003, 0.02, 0.08, 0.2, 0.35, 0.5, 0.65, 0.8, 0.92, 0.98, 0.997, 1.0)
 """Shares of the samples below the numbers of a table along one axis alone [-]."""
@@ -109,7 +109,7 @@ def _as_law(joint: Joint, effect: Table) -> Law:
     return Law(effect.kind, joint, Identification(free={}, starts=()), {}, effect)
 
 
-def _axes(screening: Screening, joint: Joint) -> list[tuple[Axis, Axis]]:
+def _axes(screening: Screening, joint: Joint) -> list[tuple[TableAxis, TableAxis]]:
     """Return the axes of every table that is tried."""
     motion = screening.motions.across(joint)
     stretches = screening.equations.stretches
@@ -136,7 +136,7 @@ def _places(samples: FloatArray, shares: Sequence[float]) -> tuple[float, ...]:
     return (*kept, max(float(wanted[-1]), kept[-1] + nearest))
 
 
-def _fitted(screening: Screening, joint: Joint, axes: tuple[Axis, Axis]) -> FreeLaw:
+def _fitted(screening: Screening, joint: Joint, axes: tuple[TableAxis, TableAxis]) -> FreeLaw:
     """Return the table of these axes."""
     equations = screening.equations
     motion = screening.motions.across(joint)
@@ -172,7 +172,7 @@ def _fitted(screening: Screening, joint: Joint, axes: tuple[Axis, Axis]) -> Free
     )
 
 
-def _beside(screening: Screening, joint: Joint, axes: tuple[Axis, Axis]) -> list[int]:
+def _beside(screening: Screening, joint: Joint, axes: tuple[TableAxis, TableAxis]) -> list[int]:
     """Return which common columns a table leaves: not those that it holds itself."""
     n = len(screening.joints)
     own = screening.joints.index(joint)
@@ -181,7 +181,7 @@ def _beside(screening: Screening, joint: Joint, axes: tuple[Axis, Axis]) -> list
 
 
 def _unit_forces(
-    axes: tuple[Axis, Axis], displacement: FloatArray, velocity: FloatArray
+    axes: tuple[TableAxis, TableAxis], displacement: FloatArray, velocity: FloatArray
 ) -> FloatArray:
     """Return the force of tables with one number of 1 N and all others 0, (n, n_samples)."""
     along, across = (
@@ -192,7 +192,7 @@ def _unit_forces(
     return np.asarray(both.reshape(-1, displacement.size))
 
 
-def _unit_splines(one: Axis, samples: FloatArray) -> FloatArray:
+def _unit_splines(one: TableAxis, samples: FloatArray) -> FloatArray:
     """Return splines that are 1 at one number of an axis and 0 at the others."""
     cells = one.cells(samples)
     powers = (samples - one.origins[cells])[:, None] ** np.arange(4)
@@ -200,7 +200,7 @@ def _unit_splines(one: Axis, samples: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("spn,sp->ns", coefficients, powers))
 
 
-def _roughness(axes: tuple[Axis, Axis]) -> FloatArray:
+def _roughness(axes: tuple[TableAxis, TableAxis]) -> FloatArray:
     """Return the bending energy of a table, as a quadratic form of its numbers.
 
     Second and mixed derivatives count alike, over axes of unit length.
@@ -227,7 +227,7 @@ def _derivatives(knots: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first * np.sqrt(step)[:, None], second
 
 
-def _table(axes: tuple[Axis, Axis], found: Smoothed) -> Table:
+def _table(axes: tuple[TableAxis, TableAxis], found: Smoothed) -> Table:
     """Return numbers as an effect whose force is 0 at rest.
 
     The mean force is not told by a band that does not hold frequency 0.

@@ -16,8 +16,8 @@ from shakerproc.diagnosis.screening.regression import Gains, Regression
 from shakerproc.diagnosis.screening.stretches import stretches_of
 from shakerproc.diagnosis.screening.transfer import Joint, linear_model
 from shakerproc.models import Model
+from shakerproc.models.coordinates import resolved
 from shakerproc.models.laws import Law as Formula
-from shakerproc.models.parallel_elements import resolved
 
 
 @final

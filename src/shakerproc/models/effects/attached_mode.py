@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.identification import (
     Free,
     Identification,
@@ -63,9 +63,6 @@ class AttachedMode(AbstractEffect):
     mass: float
     frequency: float
     damping_ratio: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float

@@ -109,6 +109,10 @@ class AbstractEffect(ABC):
     signature: ClassVar[str]
     absolute: ClassVar[bool] = False
 
+    def __post_init__(self) -> None:
+        """Check the values; an effect with further conditions has a method of its own."""
+        check_parameters(self, self.parameters)
+
     @abstractmethod
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
@@ -212,7 +216,7 @@ class AbstractMemorylessEffect(AbstractEffect):
 
 
 class DependsOnSurroundings(ABC):
-    """An effect that takes a number from what it stands in parallel with."""
+    """An effect that takes a number from the elements in parallel with it."""
 
     __slots__ = ()
 

@@ -8,7 +8,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.identification import (
     Contained,
     Free,
@@ -67,9 +67,6 @@ class BoucWen(AbstractEffect):
     stiffness: float
     yield_displacement: float
     exponent: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float

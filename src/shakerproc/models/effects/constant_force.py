@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import Identification, JointScales, grid, signed
 from shakerproc.models.laws import Law, Row
@@ -54,9 +53,6 @@ class ConstantForce(AbstractMemorylessEffect):
     })
 
     force: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.force + 0.0 * displacement + 0.0 * velocity

@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Identification,
@@ -57,9 +56,6 @@ class ContactDamping(AbstractMemorylessEffect):
 
     damping: float
     clearance: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.damping * velocity * (np.abs(displacement) > self.clearance)

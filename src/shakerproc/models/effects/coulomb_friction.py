@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     DRY_SHARES,
@@ -59,9 +58,6 @@ class CoulombFriction(AbstractMemorylessEffect):
     })
 
     sliding_force: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.sliding_force * np.sign(velocity) + 0.0 * displacement

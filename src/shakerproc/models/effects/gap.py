@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Identification,
@@ -61,9 +60,6 @@ class Gap(AbstractMemorylessEffect):
 
     stiffness: float
     clearance: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         beyond = np.maximum(np.abs(displacement) - self.clearance, 0.0)

@@ -9,7 +9,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.effects.bouc_wen import RIGID
 from shakerproc.models.identification import (
     Contained,
@@ -75,9 +75,6 @@ class GeneralBoucWen(AbstractEffect):
     beta: float
     gamma: float
     exponent: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import ClassVar, final
 
 from shakerproc.data import FloatArray
-from shakerproc.models.effects.base import AbstractEffect, Parameter, check_parameters
+from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.identification import (
     Contained,
     Identification,
@@ -63,9 +63,6 @@ class Iwan(AbstractEffect):
 
     stiffness: float
     slip_displacement: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float

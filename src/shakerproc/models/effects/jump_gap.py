@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -53,9 +52,6 @@ class JumpGap(AbstractMemorylessEffect):
 
     stiffness: float
     clearance: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         outside = np.abs(displacement) > self.clearance

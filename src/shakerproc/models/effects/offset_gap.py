@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Contained,
@@ -69,9 +68,6 @@ class OffsetGap(AbstractMemorylessEffect):
     stiffness: float
     clearance_positive: float
     clearance_negative: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         above = np.maximum(displacement - self.clearance_positive, 0.0)

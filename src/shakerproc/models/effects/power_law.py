@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Contained,
@@ -70,9 +69,6 @@ class PowerLaw(AbstractMemorylessEffect):
     force: float
     reference_displacement: float
     exponent: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         share = np.abs(displacement / self.reference_displacement) ** self.exponent

@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -56,9 +55,6 @@ class PowerLawDamping(AbstractMemorylessEffect):
     damping: float
     reference_displacement: float
     exponent: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         share = np.abs(displacement / self.reference_displacement) ** self.exponent

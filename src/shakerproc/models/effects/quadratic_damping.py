@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Identification,
@@ -51,9 +50,6 @@ class QuadraticDamping(AbstractMemorylessEffect):
     })
 
     coefficient: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.coefficient * velocity * np.abs(velocity) + 0.0 * displacement

@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -44,9 +43,6 @@ class Spring(AbstractMemorylessEffect):
     })
 
     stiffness: float
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_at(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
         return self.stiffness * displacement + 0.0 * velocity

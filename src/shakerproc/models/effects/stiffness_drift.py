@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractEffect,
     DependsOnSurroundings,
     Parameter,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Free,
@@ -61,9 +60,6 @@ class StiffnessDrift(AbstractEffect, DependsOnSurroundings):
     rate: float
     reference: float
     stiffness: float | None = None
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float

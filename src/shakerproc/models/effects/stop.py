@@ -12,7 +12,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
     Switch,
-    check_parameters,
 )
 from shakerproc.models.identification import (
     Identification,
@@ -65,9 +64,6 @@ class Stop(AbstractMemorylessEffect):
     stiffness: float
     clearance: float
     side: Literal["positive", "negative"]
-
-    def __post_init__(self) -> None:
-        check_parameters(self, self.parameters)
 
     @property
     def direction(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
-from shakerproc.modal.scatter import told_scatter
+from shakerproc.modal.scatter import scatter_text
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.modal.tracking import mac_over
@@ -116,7 +116,7 @@ def _mode_table(one: TestModes, caption: str) -> ReportTable:
             f"{numeral(100 * modes.damping_bounds[0, i], 4)} to "
             f"{numeral(100 * modes.damping_bounds[1, i], 4)}",
             f"{modes.collinearity[i]:.3f}",
-            *told_scatter(modes, i),
+            *scatter_text(modes, i),
         )
         for i in range(modes.poles.size)
     ]

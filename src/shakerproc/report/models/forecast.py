@@ -5,19 +5,19 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.forecasts import Forecast, Quantity, TestForecast
-from shakerproc.forecasts.bands import Spread
-from shakerproc.forecasts.ladder import LastStep
-from shakerproc.forecasts.levels import told_level
-from shakerproc.forecasts.notched_profiles import WRITTEN, profile_of_test
-from shakerproc.forecasts.sentences import (
+from shakerproc.forecasts import CampaignForecast, Quantity, TestForecast
+from shakerproc.forecasts.document import (
     SHOWN,
     departures,
+    limit_text,
     of_notches,
     owner,
     percent,
-    told_limit,
 )
+from shakerproc.forecasts.levels import raised_level_text
+from shakerproc.forecasts.model_error import LastStep
+from shakerproc.forecasts.notches import PROFILE_UNITS, profile_of_test
+from shakerproc.forecasts.quantities import UncertainQuantity
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot
@@ -45,7 +45,7 @@ def profile_figure(one: TestForecast) -> Figure | None:
         return None
     test = one.planned.test
     planned = profile_of_test(test)
-    unit, scale, _ = WRITTEN[planned.unit]
+    unit, scale, _ = PROFILE_UNITS[planned.unit]
     low, high = one.planned.excited
     curves = []
     for label, profile, style in (
@@ -67,7 +67,7 @@ def profile_figure(one: TestForecast) -> Figure | None:
     return Figure(f"forecast_{test.id}_profile", [plot])
 
 
-def density_figures(one: TestForecast, found: Forecast) -> list[Figure]:
+def density_figures(one: TestForecast, found: CampaignForecast) -> list[Figure]:
     """Return the predicted density of each response with its band, beside measured levels."""
     return [
         Figure(f"forecast_{one.planned.test.id}_{name}", [_plot(one, found, name)])
@@ -75,7 +75,7 @@ def density_figures(one: TestForecast, found: Forecast) -> list[Figure]:
     ]
 
 
-def _plot(one: TestForecast, found: Forecast, name: str) -> Plot:
+def _plot(one: TestForecast, found: CampaignForecast, name: str) -> Plot:
     rms = next(q for q in one.spreads if (q.whose, q.name, q.what) == ("response", name, "rms"))
     unit, factor = SHOWN.get(rms.unit, (rms.unit, 1.0)) if rms.unit != "m" else (rms.unit, 1.0)
     low, high = one.planned.excited
@@ -110,7 +110,7 @@ def _plot(one: TestForecast, found: Forecast, name: str) -> Plot:
     )
 
 
-def _band(drawn: FloatArray, rms: Spread) -> tuple[FloatArray, FloatArray]:
+def _band(drawn: FloatArray, rms: UncertainQuantity) -> tuple[FloatArray, FloatArray]:
     """Return the 90 % band of a density [unit^2/Hz]: that of the draws and of the model.
 
     What the model misses is taken to be as much at each frequency as it is of the whole.
@@ -121,7 +121,7 @@ def _band(drawn: FloatArray, rms: Spread) -> tuple[FloatArray, FloatArray]:
     return under * (low / inner[0]) ** 2, over * (high / inner[1]) ** 2
 
 
-def sections(found: Forecast) -> list[ReportSection]:
+def sections(found: CampaignForecast) -> list[ReportSection]:
     """Return the sections of the page: a planned test each, then what the bands rest on."""
     tests = [_section(one, found) for one in found.tests]
     step = [] if found.step is None else [_last_step(found.step)]
@@ -143,7 +143,7 @@ def _last_step(step: LastStep) -> ReportSection:
     return ReportSection("The last step", "last-step", [step.sentence], [table])
 
 
-def _section(one: TestForecast, found: Forecast) -> ReportSection:
+def _section(one: TestForecast, found: CampaignForecast) -> ReportSection:
     test = one.planned.test
     verdict = {True: "Go", False: "No-go", None: "No limits in the log"}[one.go]
     figures = [
@@ -163,7 +163,7 @@ def _section(one: TestForecast, found: Forecast) -> ReportSection:
             "The planned profile, and the one that takes the least away and keeps every limit.",
             to_svg.plot(plot, title=plot.title, height=220),
         ))  # fmt: skip
-    told = f"{test.excitation}, {told_level(test)}, {numeral(one.planned.duration, 4)} s"
+    told = f"{test.excitation}, {raised_level_text(test)}, {numeral(one.planned.duration, 4)} s"
     distance = (
         f"{numeral(one.distance_db)} dB above what was run" if one.distance_db > 0 else ""
     )
@@ -185,10 +185,10 @@ def _limits(one: TestForecast) -> list[ReportTable]:
         return []
     rows = [
         (
-            judged.name, told_limit(judged), _shown(one, judged.quantity),
+            judged.name, limit_text(judged), _shown(one, judged.quantity),
             percent(judged.probability),
             "beyond 12 dB" if judged.level_db is None
-            else told_level(one.planned.test, judged.level_db),
+            else raised_level_text(one.planned.test, judged.level_db),
         )
         for judged in one.limits
     ]  # fmt: skip
@@ -218,7 +218,7 @@ def _numbers(one: TestForecast) -> ReportTable:
     )
 
 
-def _rests_on(found: Forecast) -> ReportSection:
+def _rests_on(found: CampaignForecast) -> ReportSection:
     """Return how far the model missed the levels that were run."""
     errors = found.evidence.errors
     rows = [

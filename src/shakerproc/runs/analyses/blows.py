@@ -10,9 +10,9 @@ from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.hammer.blows import LEAST_QUIET, Blow, Blows
-from shakerproc.spectra.hammer.strikes import rounded_up
+from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows
 from shakerproc.spectra.responses import masks
+from shakerproc.spectra.strikes import rounded_up
 
 LEFT: Final = 0.05
 """Share of a response at the end of its block from which on leakage is told [-]: what is cut

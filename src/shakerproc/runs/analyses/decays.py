@@ -15,14 +15,14 @@ from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra.decays import (
     DecayCurve,
     DecayLine,
+    DecayReading,
     DecayTrend,
-    Reading,
     decay_curve,
     decay_lines,
     free_start,
     trend_of,
 )
-from shakerproc.spectra.responses.driving_point import INTEGRATIONS
+from shakerproc.spectra.responses.estimators import INTEGRATIONS
 
 DISPUTED: Final = 0.1
 """Share of stretches in which two methods may disagree without a remark [-]: their intervals,
@@ -47,7 +47,7 @@ QUANTITIES: Final[Mapping[str, tuple[str, float]]] = {
 }
 """What is drawn: the label of its axis and the factor to its unit."""
 
-Curve: TypeAlias = tuple[str, int, Sequence[Reading]]
+Curve: TypeAlias = tuple[str, int, Sequence[DecayReading]]
 """Name, style and readings of a curve."""
 
 METHODS: Final = ("least squares", "peaks and crossings")
@@ -100,7 +100,7 @@ def harmonic_of(line: DecayLine, lines: Sequence[DecayLine]) -> tuple[int, float
     return None
 
 
-def signature(trend: DecayTrend, readings: Sequence[Reading]) -> str:
+def signature(trend: DecayTrend, readings: Sequence[DecayReading]) -> str:
     """Return how frequency and damping go with amplitude, and which laws do that."""
     first, last = readings[0], readings[-1]
     frequency = (
@@ -222,7 +222,7 @@ class DecayMode:
     start: float
 
     @property
-    def methods(self) -> tuple[tuple[str, tuple[Reading, ...]], ...]:
+    def methods(self) -> tuple[tuple[str, tuple[DecayReading, ...]], ...]:
         """Name and readings of both methods."""
         return tuple(zip(METHODS, (self.curve.fitted, self.curve.charted), strict=True))
 
@@ -332,7 +332,7 @@ def _no_mode(result: RunResult) -> str:
     )
 
 
-def _displacement(mode: DecayMode, one: Reading) -> float | None:
+def _displacement(mode: DecayMode, one: DecayReading) -> float | None:
     """Return the amplitude as a displacement [mm]; None of what is no motion."""
     if mode.integrations is None:
         return None

@@ -9,7 +9,7 @@ from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.fatigue import FatigueSpectra, fatigue_spectra
+from shakerproc.spectra.response_spectra import FatigueSpectra, fatigue_spectra
 
 
 @final

@@ -14,7 +14,7 @@ from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScal
 from shakerproc.runs.result import RunResult, lone_force, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.multisines import (
-    Grid,
+    LineGrid,
     LineSpectra,
     PeriodLayout,
     Share,
@@ -22,11 +22,11 @@ from shakerproc.spectra.multisines import (
     grid_of,
     layout_of,
     line_spectra,
-    settled,
     shares_of,
+    transient_periods,
 )
-from shakerproc.spectra.multisines.judging import Kind
-from shakerproc.spectra.multisines.periods import check_input
+from shakerproc.spectra.multisines.distortion import Kind
+from shakerproc.spectra.multisines.periods import LineGrid, check_input
 from shakerproc.testlog import Multisine
 
 LONGEST: Final = 2**25
@@ -62,7 +62,7 @@ class MultisineReading:
 
     Attributes
     ----------
-    grid : Grid
+    grid : LineGrid
         The lines.
     layout : PeriodLayout
         Which periods were used.
@@ -74,7 +74,7 @@ class MultisineReading:
         Of each response [SI].
     """
 
-    grid: Grid
+    grid: LineGrid
     layout: PeriodLayout
     input: tuple[int, ...]
     rows: tuple[int, ...]
@@ -123,7 +123,7 @@ def read_multisine(
     first = max(1, int(np.ceil(band[0] / spacing - 1e-6)))
     last = min((layout.n_period - 1) // 2, int(band[1] / spacing + 1e-6))
     lines = 2.0 / layout.n_period * np.fft.rfft(cut(used, layout))[..., first : last + 1]
-    layout = layout.without(settled(lines))
+    layout = layout.without(transient_periods(lines))
     check_input(force, layout, rate)
     lines = lines[:, :, layout.left_out :]
     grid = grid_of(lines[0], spacing, band, first)
@@ -267,7 +267,7 @@ def problems(reading: MultisineReading) -> Iterator[str]:
     )
 
 
-def _own_lines(grid: Grid) -> str:
+def _own_lines(grid: LineGrid) -> str:
     """Return how far the realisations share their lines."""
     shared = int(np.sum(grid.carried > 1))
     each = grid.excited_in.sum(axis=1)

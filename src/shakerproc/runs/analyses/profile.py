@@ -16,8 +16,7 @@ from shakerproc.runs.levels import BEYOND_ALARM, beside
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import CrossSpectra
-from shakerproc.spectra.exceedance import surely_beyond
-from shakerproc.spectra.profiles import profile_at, profile_rms
+from shakerproc.spectra.profiles import profile_at, profile_rms, surely_beyond
 from shakerproc.testlog import Profile
 from shakerproc.testlog.excitation import FORCES
 

@@ -9,7 +9,7 @@ from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.shock import PARTS, QUANTITIES, ShockSpectra, shock_spectra
+from shakerproc.spectra.response_spectra import PARTS, QUANTITIES, ShockSpectra, shock_spectra
 
 UNITS: Final = {
     "absolute_acceleration": ("g", 1.0 / STANDARD_GRAVITY),

@@ -8,7 +8,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.shock import HIGHEST, logarithmic_frequencies
+from shakerproc.spectra.response_spectra import HIGHEST, logarithmic_frequencies
 
 
 def accelerations(result: RunResult, kind: str) -> list[int]:

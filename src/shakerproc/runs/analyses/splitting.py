@@ -13,11 +13,9 @@ from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analyses.signals import accelerations, natural_frequencies
 from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.shock import shock_spectra
-from shakerproc.spectra.splitting.cells import Cells, cells_of
-from shakerproc.spectra.splitting.parts import CELL, RecordPart, split
-from shakerproc.spectra.splitting.shocks import ShockRule
-from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.response_spectra import shock_spectra
+from shakerproc.spectra.splitting import CELL, Cells, RecordPart, ShockRule, cells_of, split
+from shakerproc.spectra.welch.cross import psd
 from shakerproc.spectra.welch.engine import cross_spectra
 from shakerproc.testlog.analyses import Shock, Splitting
 

@@ -14,7 +14,7 @@ from shakerproc.runs.levels import AMPLITUDE_TOLERANCE
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.runs.tones import frequency_tolerance
-from shakerproc.spectra.tones.mixed import MixedTones
+from shakerproc.spectra.tones.lines import MixedTones
 from shakerproc.testlog.excitation import DemandedTone
 
 

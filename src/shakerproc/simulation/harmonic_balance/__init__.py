@@ -1,6 +1,5 @@
 """Periodic motion of a model: response curves, stability, backbones, by harmonic balance."""
 
-from shakerproc.simulation.harmonic_balance.agreement import difference_from_simulation
 from shakerproc.simulation.harmonic_balance.backbone import Backbone, backbone
 from shakerproc.simulation.harmonic_balance.branch import (
     Branch,
@@ -20,11 +19,15 @@ from shakerproc.simulation.harmonic_balance.outputs import (
 )
 from shakerproc.simulation.harmonic_balance.response import (
     Response,
+    difference_from_simulation,
     frequency_response,
     natural_frequencies,
 )
-from shakerproc.simulation.harmonic_balance.subharmonic import subharmonic_branches
-from shakerproc.simulation.harmonic_balance.switching import branch_off, branches_off
+from shakerproc.simulation.harmonic_balance.switching import (
+    branch_off,
+    branches_off,
+    subharmonic_branches,
+)
 
 __all__ = [
     "Backbone",

@@ -19,9 +19,8 @@ from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
 from shakerproc.simulation.harmonic_balance.continuation import StepSizes, Trace, follow
 from shakerproc.simulation.harmonic_balance.curves import motion_weights
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
 from shakerproc.simulation.harmonic_balance.laws import AbstractLaw, HarmonicMotion
-from shakerproc.simulation.harmonic_balance.system import PeriodicSystem
+from shakerproc.simulation.harmonic_balance.system import PeriodicSystem, system_of_model
 
 
 @final
@@ -106,7 +105,6 @@ def backbone(
     *,
     mode: int = 1,
     harmonics: int = 31,
-    steps: StepSizes | None = None,
 ) -> Backbone:
     """Return the free motion of a mode at every size.
 
@@ -120,8 +118,6 @@ def backbone(
         Number of the mode at the largest amplitude, from 1.
     harmonics : int
         Highest harmonic.
-    steps : StepSizes, optional
-        How the curve is followed.
 
     Returns
     -------
@@ -156,7 +152,7 @@ def backbone(
             f"{model.title}: no free motion of {amplitude[1]:g} m in mode {mode} was found. "
             f"Ask for a larger amplitude."
         )
-    trace = follow(curve, found, -found, _until(balance, amplitude), steps or StepSizes())
+    trace = follow(curve, found, -found, _until(balance, amplitude), StepSizes())
     return _backbone_of_trace(balance, trace, amplitude)
 
 

@@ -1,12 +1,26 @@
-"""The curves that are followed: response against frequency, and the way to a first solution."""
+"""Curves that are followed: their equations, a first solution, and where they end."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
+from shakerproc.simulation.harmonic_balance.continuation import (
+    StepSizes,
+    Trace,
+    correct,
+    follow,
+)
+from shakerproc.simulation.harmonic_balance.laws import PiecewiseLinearLaw
+
+LEFT: Final = "left the band"
+
+LOST: Final = "contact lost"
+
+CLOSED: Final = "closed on itself"
 
 
 @final
@@ -88,3 +102,195 @@ def motion_weights(
     numbers = np.maximum(balance.numbers, 1.0)
     size = np.linalg.norm(numbers * point[: numbers.size])
     return np.concatenate([numbers / max(float(size), 1e-300), others])
+
+
+def solve_at(balance: HarmonicBalance, frequency: float) -> FloatArray | None:
+    """Return a solution at one frequency [Hz], by way of the linear system; None if none.
+
+    Returns
+    -------
+    (n_unknowns,) array or None
+        Coefficients [m].
+    """
+    omega = 2.0 * np.pi * frequency / balance.order
+    way = WayFromLinear(balance, omega)
+    reference = balance.reference_matrix(omega)
+    linear = np.linalg.lstsq(reference, balance.load)[0]
+    towards = np.zeros(linear.size + 1)
+    towards[-1] = 1.0
+    trace = follow(
+        way,
+        np.append(linear, 0.0),
+        towards,
+        lambda _, point: "" if -0.1 < point[-1] < 1.0 else "stopped",
+        StepSizes(first=0.1, miss=0.1, turn=0.6, most=300),
+    )
+    if trace.points[-1, -1] < 1.0:
+        return None
+    return newton(balance, trace.points[-1, :-1], omega)
+
+
+def newton(
+    balance: HarmonicBalance, guess: FloatArray, omega: float, most: int = 25
+) -> FloatArray | None:
+    """Return the solution near a guess at a fixed base rate [rad/s]; None if there is none."""
+    unknowns = guess
+    for _ in range(most):
+        found = balance.residual(unknowns, omega)
+        try:
+            step = np.linalg.solve(found.jacobian, -found.force)
+        except np.linalg.LinAlgError:
+            return None
+        unknowns = unknowns + step
+        if np.linalg.norm(step) <= 1e-12 * np.linalg.norm(unknowns):
+            return unknowns
+    return None
+
+
+def held(balance: HarmonicBalance) -> bool:
+    """Return whether dry friction bears the whole load, so that nothing moves."""
+    joints = balance.system.frictions
+    if not joints:
+        return False
+    directions = np.array([joint.direction for joint in joints])
+    asked = np.linalg.pinv(directions.T) @ balance.system.load
+    rest = balance.system.load - directions.T @ asked
+    borne = [
+        abs(force) <= joint.law.breakaway_force
+        for force, joint in zip(asked, joints, strict=True)
+    ]
+    return all(borne) and bool(
+        np.linalg.norm(rest) <= 1e-12 * np.linalg.norm(balance.system.load)
+    )
+
+
+def floats(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> bool:
+    """Return whether a motion touches nothing that holds it.
+
+    `unknowns` are in [m], `omega` in [rad/s].
+    """
+    stiffness = balance.system.stiffness.copy()
+    touches_nothing = False
+    if balance.system.frictions:
+        return False
+    for coupling, motion in balance.motions(unknowns, omega):
+        if coupling.law.varies or coupling.law.switches(motion)[0].size:
+            return False
+        slope = coupling.law.tangent(motion.samples[0, :1], motion.samples[1, :1])[0][0]
+        stiffness += slope * np.outer(coupling.direction, coupling.direction)
+        touches_nothing = touches_nothing or slope == 0.0
+    if not touches_nothing:
+        return False
+    values = np.linalg.eigvalsh(stiffness)
+    return bool(values[0] <= 1e-12 * max(values[-1], 1e-300))
+
+
+def hardly_touches(balance: HarmonicBalance, point: FloatArray) -> bool:
+    """Return whether a motion that nothing else holds is in contact for hardly any time.
+
+    `point` holds coefficients [m] and a rate [rad/s].
+    """
+    if np.linalg.eigvalsh(balance.system.stiffness)[0] > 0.0:
+        return False
+    shares = []
+    for coupling, motion in balance.motions(point[:-1], point[-1]):
+        if isinstance(coupling.law, PiecewiseLinearLaw):
+            displacement, velocity = motion.sampled(4096)
+            shares.append(np.mean(coupling.law.tangent(displacement, velocity)[0] != 0.0))
+    return bool(shares) and max(shares) < 0.05
+
+
+def limits(
+    curve: ForcedCurve, start: FloatArray, band: tuple[float, float]
+) -> Callable[[FloatArray, FloatArray], str]:
+    """Return the conditions on which a curve from a start ends.
+
+    Parameters
+    ----------
+    curve : ForcedCurve
+        The equations.
+    start : (n_unknowns + 1,) array
+        First point [m, and the unit of the last unknown].
+    band : tuple of float
+        Frequencies of the excitation [Hz].
+    """
+    balance = curve.balance
+    low, high = (2.0 * np.pi / balance.order * frequency for frequency in band)
+    weights = curve.weights(start)
+    towards: list[FloatArray] = []
+
+    def stop(before: FloatArray, point: FloatArray) -> str:
+        if not low <= point[-1] <= high:
+            return LEFT
+        if floats(balance, point[:-1], point[-1]):
+            return LOST
+        if not towards:
+            towards.append((point - start) * weights)
+            return ""
+        ahead, behind = ((at - start) * weights for at in (point, before))
+        near = np.linalg.norm(ahead) < 0.5
+        return CLOSED if near and towards[0] @ behind < 0.0 <= towards[0] @ ahead else ""
+
+    return stop
+
+
+def end_of_trace(
+    curve: ForcedCurve, trace: Trace, band: tuple[float, float]
+) -> tuple[Trace, str]:
+    """Return the trace up to its very end, and why it ends there, for people.
+
+    Parameters
+    ----------
+    curve : ForcedCurve
+        The equations.
+    trace : Trace
+        What was followed.
+    band : tuple of float
+        Frequencies of the excitation [Hz].
+    """
+    balance = curve.balance
+    in_hz = balance.order / (2.0 * np.pi)
+    if trace.ended == LEFT:
+        trace = _cut(curve, trace, (band[0] / in_hz, band[1] / in_hz))
+        return trace, f"reached {trace.points[-1, -1] * in_hz:.6g} Hz, an end of the band"
+    if trace.ended == LOST or hardly_touches(balance, trace.points[-1]):
+        trace = _cut_at_contact(balance, curve, trace)
+        return trace, (
+            f"{LOST} at {trace.points[-1, -1] * in_hz:.6g} Hz: beyond it the motion "
+            f"stays inside the clearance and nothing holds the mass"
+        )
+    return trace, f"{trace.ended} at {trace.points[-1, -1] * in_hz:.6g} Hz"
+
+
+def _cut(curve: ForcedCurve, trace: Trace, band: tuple[float, float]) -> Trace:
+    """Return the trace with its last point moved to the end of the band."""
+    before, after = trace.points[-2], trace.points[-1]
+    limit = band[1] if after[-1] > band[1] else band[0]
+    point = before + (after - before) * (limit - before[-1]) / (after[-1] - before[-1])
+    along = np.zeros(point.size)
+    along[-1] = 1.0
+    found = correct(curve, point, along, curve.weights(before), 1e-9)
+    if found is None:
+        return trace
+    return Trace(np.vstack([trace.points[:-1], found[0]]), trace.tangents, trace.ended)
+
+
+def _cut_at_contact(balance: HarmonicBalance, curve: ForcedCurve, trace: Trace) -> Trace:
+    """Return the trace with its last point moved to where the contact is lost."""
+    if not floats(balance, trace.points[-1, :-1], trace.points[-1, -1]):
+        return trace
+    before, after = trace.points[-2], trace.points[-1]
+    weights = curve.weights(before)
+    chord = (after - before) * weights
+    touching, floating = before, after
+    for _ in range(40):
+        found = correct(
+            curve, 0.5 * (touching + floating), chord / np.linalg.norm(chord), weights, 1e-10
+        )
+        if found is None:
+            break
+        if floats(balance, found[0][:-1], found[0][-1]):
+            floating = found[0]
+        else:
+            touching = found[0]
+    return Trace(np.vstack([trace.points[:-1], touching]), trace.tangents, trace.ended)

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.models import BASE, Model, Sensor
-from shakerproc.models.coordinates import coordinates_of
+from shakerproc.models.coordinates import coordinates_of, resolved
 from shakerproc.models.laws import Law
-from shakerproc.models.parallel_elements import resolved
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.branch import Branch
 from shakerproc.simulation.harmonic_balance.response import Response

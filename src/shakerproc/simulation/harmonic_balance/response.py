@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NoReturn, final
+from typing import Final, NoReturn, final
 
 import numpy as np
 
@@ -11,21 +11,36 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError, SimulationError
 from shakerproc.models import Model
 from shakerproc.simulation.harmonic_balance.balance import HarmonicBalance
-from shakerproc.simulation.harmonic_balance.branch import Branch, branch_of_trace, joined
+from shakerproc.simulation.harmonic_balance.branch import (
+    Branch,
+    branch_of_trace,
+    is_linear,
+    joined,
+    linear_branch,
+    samples_of_branch,
+)
 from shakerproc.simulation.harmonic_balance.continuation import StepSizes, follow
-from shakerproc.simulation.harmonic_balance.curves import ForcedCurve
-from shakerproc.simulation.harmonic_balance.ends import CLOSED, LOST, end_of_trace, limits
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
-from shakerproc.simulation.harmonic_balance.linear import is_linear, linear_branch
-from shakerproc.simulation.harmonic_balance.polishing import polished
-from shakerproc.simulation.harmonic_balance.solve import floats, held, solve_at
-from shakerproc.simulation.harmonic_balance.system import PeriodicSystem
+from shakerproc.simulation.harmonic_balance.curves import (
+    CLOSED,
+    LOST,
+    ForcedCurve,
+    end_of_trace,
+    floats,
+    held,
+    limits,
+    solve_at,
+)
+from shakerproc.simulation.harmonic_balance.shooting import one_round, polished, state_of
+from shakerproc.simulation.harmonic_balance.system import PeriodicSystem, system_of_model
 
 MOST_UNKNOWNS = 2000
 """Of harmonic balance: what a few minutes solve for a whole curve."""
 
 WITHIN = (0.95, 0.8, 0.6)
 """Where to look for further branches, over each natural frequency."""
+
+CLOSE: Final = 256
+"""Samples of a round that is compared with the exact stepper's."""
 
 
 @final
@@ -93,7 +108,6 @@ def frequency_response(
     from_hz: float,
     to_hz: float,
     harmonics: int = 31,
-    steps: StepSizes | None = None,
 ) -> Response:
     """Return the periodic motions of a model against frequency, stable and unstable.
 
@@ -110,8 +124,6 @@ def frequency_response(
     harmonics : int
         Highest harmonic. Where the forces are odd, only odd harmonics are carried: the motion
         has no others, and a loss of that symmetry shows as a branch point.
-    steps : StepSizes, optional
-        How the curve is followed.
 
     Returns
     -------
@@ -140,9 +152,9 @@ def frequency_response(
         raise ModelError(
             f"{model.title}: the friction holds the masses still at this level. Raise it."
         )
-    band, chosen = (from_hz, to_hz), steps or _steps(balance)
+    band = (from_hz, to_hz)
     try:
-        branches = _branches(balance, band, chosen)
+        branches = _branches(balance, band, _steps(balance))
         if not branches:
             _complain(balance, model.title, band)
     except (np.linalg.LinAlgError, OverflowError) as error:
@@ -339,3 +351,35 @@ def _complain(balance: HarmonicBalance, title: str, band: tuple[float, float]) -
     raise SimulationError(
         f"{title}: no periodic motion was found at {ends}. Choose another band or level."
     )
+
+
+def difference_from_simulation(found: Response) -> float:
+    """Return how far the tallest stable motion is from the exact stepper's, over one round.
+
+    The stepper sets out from the state that harmonic balance gives, and is excited alike; the
+    largest difference of the first mass over the round counts, as a share of its largest
+    displacement [-]. NaN where no motion is stable, or where a law has a memory, whose state
+    harmonic balance does not give.
+    """
+    tallest: tuple[float, Branch, int] | None = None
+    for branch in found.branches:
+        amplitude = np.max(np.abs(samples_of_branch(branch, 256)[:, 0]), axis=-1)
+        steady = np.where(branch.stable, amplitude, 0.0)
+        place = int(np.argmax(steady))
+        if steady[place] > 0.0 and (tallest is None or steady[place] > tallest[0]):
+            tallest = float(steady[place]), branch, place
+    if tallest is None or tallest[1].balance.system.remembers:
+        return float("nan")
+    _, branch, point = tallest
+    samples = samples_of_branch(branch, CLOSE)[point, 0]
+    frequency = float(branch.frequency[point])
+    stepped = one_round(
+        found.model,
+        found.level,
+        frequency,
+        state_of(branch, point),
+        order=branch.balance.order,
+        n_samples=CLOSE // branch.balance.order,
+    )
+    apart = np.abs(stepped.motion[0, :-1] - samples)
+    return float(np.max(apart) / np.max(np.abs(samples)))

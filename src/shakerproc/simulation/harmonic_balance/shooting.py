@@ -1,11 +1,11 @@
-"""Periodic motion by shooting: the state that comes back after a period, from exact stepping.
+"""Periodic motion by shooting: the state that comes back after a period of exact stepping.
 
 Harmonics resolve the corner that dry friction puts into the velocity slowly; the stepper
 locates every stop and start. Shooting therefore makes harmonic balance's solutions exact, and
 gives their multipliers, for models with dry friction.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -14,12 +14,18 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.coordinates import coordinates_of
+from shakerproc.simulation.harmonic_balance import fourier
+from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch
+from shakerproc.simulation.harmonic_balance.stability import multipliers
 from shakerproc.simulation.inputs import Input, prepare
 from shakerproc.simulation.response import simulate
-from shakerproc.simulation.simulation import Simulation
+from shakerproc.simulation.simulation import SimulatedResponse
 
 PER_PERIOD = 32
 """Samples a period; the input between them is a polynomial of degree 9."""
+
+NEAR = 0.2
+"""How far shooting may go from harmonic balance, over the size of the motion [-]."""
 
 
 @final
@@ -76,7 +82,7 @@ def periodic_orbit(
     omega = 2.0 * np.pi * frequency
     for _ in range(20):
         try:
-            found = _around(model, given, state)
+            found = _round_from_state(model, given, state)
             sizes = _sizes(found, omega)
             monodromy = _differences(model, given, state, sizes)
             step = np.linalg.solve(np.eye(state.size) - monodromy, _end(found) - state)
@@ -87,7 +93,7 @@ def periodic_orbit(
             return None
         state = state + step
         if correction < tolerance:
-            last = _around(model, given, state)
+            last = _round_from_state(model, given, state)
             return Orbit(state, monodromy, last.motion[: state.size // 2, :-1])
     return None
 
@@ -100,7 +106,7 @@ def one_round(
     *,
     order: int = 1,
     n_samples: int = PER_PERIOD,
-) -> Simulation:
+) -> SimulatedResponse:
     """Return one round of a motion from a state, by the stepper that suits the model.
 
     Parameters
@@ -131,7 +137,7 @@ def _input_of_round(level: float, frequency: float, order: int, n_samples: int) 
     )
 
 
-def _around(model: Model, given: Input, state: FloatArray) -> Simulation:
+def _round_from_state(model: Model, given: Input, state: FloatArray) -> SimulatedResponse:
     """Return one round from a state."""
     return simulate(model, given, start=_start(model, state), growth=False, solver="taylor")
 
@@ -142,12 +148,12 @@ def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
     return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
 
 
-def _end(found: Simulation) -> FloatArray:
+def _end(found: SimulatedResponse) -> FloatArray:
     end: FloatArray = found.motion[: len(found.motion) - len(found.states), -1]
     return end
 
 
-def _sizes(found: Simulation, omega: float) -> FloatArray:
+def _sizes(found: SimulatedResponse, omega: float) -> FloatArray:
     """Return how large each displacement and velocity is."""
     moving = (len(found.motion) - len(found.states)) // 2
     amplitude = np.max(np.abs(found.motion[:moving]), axis=1)
@@ -163,6 +169,69 @@ def _differences(
     for i in range(state.size):
         change = np.zeros(state.size)
         change[i] = 1e-6 * sizes[i]
-        ends = [_end(_around(model, given, state + sign * change)) for sign in (1.0, -1.0)]
+        ends = [
+            _end(_round_from_state(model, given, state + sign * change)) for sign in (1.0, -1.0)
+        ]
         columns.append((ends[0] - ends[1]) / (2.0 * change[i]))
     return np.array(columns).T
+
+
+def polished(model: Model, level: float, branch: Branch) -> Branch:
+    """Return a branch with every motion made exact and with its multipliers.
+
+    A point whose orbit is not found near stays as harmonic balance has it.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken; its laws have no memory.
+    level : float
+        Amplitude of the excitation [m/s²] or [N].
+    branch : Branch
+        Its motions by harmonic balance.
+    """
+    unknowns, found = branch.unknowns.copy(), branch.multipliers.copy()
+    stable = branch.stable.copy()
+    for i in range(branch.frequency.size):
+        orbit = _orbit(model, level, branch, i)
+        if orbit is None:
+            continue
+        coefficients = fourier.coefficients_of_values(orbit.motion, branch.balance.harmonics)
+        exact = branch.balance.real(coefficients)
+        if np.linalg.norm(exact - unknowns[i]) < NEAR * np.linalg.norm(exact):
+            unknowns[i] = exact
+            found[i] = multipliers(orbit.monodromy)
+            stable[i] = bool(np.abs(found[i, 0]) <= 1.0 + NEUTRAL)
+    return replace(branch, unknowns=unknowns, multipliers=found, stable=stable)
+
+
+def _orbit(model: Model, level: float, branch: Branch, point: int) -> Orbit | None:
+    balance = branch.balance
+    return periodic_orbit(
+        model,
+        level,
+        float(branch.frequency[point]),
+        state_of(branch, point),
+        order=balance.order,
+        n_samples=4 * int(balance.harmonics[-1]) // balance.order + 4,
+    )
+
+
+def state_of(branch: Branch, point: int) -> FloatArray:
+    """Return displacements and velocities at time 0, (2 n_dofs,) array [m], [m/s].
+
+    Parameters
+    ----------
+    branch : Branch
+        Motions by harmonic balance.
+    point : int
+        Which of them.
+    """
+    balance = branch.balance
+    omega = 2.0 * np.pi * branch.frequency[point] / balance.order
+    start: list[FloatArray] = [
+        np.array(fourier.value(row, balance.harmonics, 0.0)[:2])
+        for row in balance.coefficients(branch.unknowns[point])
+    ]
+    states = np.array(start)
+    return np.concatenate([states[:, 0], omega * states[:, 1]])

@@ -44,7 +44,7 @@ def monodromy(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> F
     early, late = _gauss_rates(balance, moving, edges)
     jumps = _jumps(balance, moving, switches, edges)
     n = balance.system.n_dofs
-    scale = np.concatenate([np.ones(n), np.full(n, _own_rate(early))])
+    scale = np.concatenate([np.ones(n), np.full(n, _rate_scale(early))])
     turn = scale / scale[:, None]
     found = propagate(np.diff(edges) / omega, early * turn, late * turn, jumps * turn)
     return np.asarray(found / turn)
@@ -131,7 +131,7 @@ def _jumps(
     return jumps
 
 
-def _own_rate(rates: FloatArray) -> float:
+def _rate_scale(rates: FloatArray) -> float:
     """Return a rate that makes displacements and velocities of like size [rad/s]."""
     n = rates.shape[1] // 2
     return float(np.sqrt(max(np.max(np.abs(rates[:, n:, :n])), 1.0)))

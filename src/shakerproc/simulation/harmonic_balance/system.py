@@ -1,11 +1,37 @@
 """A model as harmonic balance sees it: matrices, a harmonic load, forces along directions."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import final
+from types import MappingProxyType
+from typing import Final, cast, final
+
+import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.errors import ModelError
+from shakerproc.models import AbstractMemorylessEffect, Element, Model
+from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
+from shakerproc.models.laws import Law, Row
 from shakerproc.simulation.harmonic_balance.friction import DryFrictionLaw
-from shakerproc.simulation.harmonic_balance.laws import AbstractLaw
+from shakerproc.simulation.harmonic_balance.laws import (
+    AbstractLaw,
+    ContactDampingLaw,
+    HystereticLaw,
+    PiecewiseLinearLaw,
+    SmoothLaw,
+)
+
+SHARPNESS: Final = 15
+"""Degree that laws which are no polynomials are sampled for."""
+
+DEGREES: Final[Mapping[Law, Callable[[Row], float]]] = MappingProxyType({
+    Law.ODD_POWER: lambda row: row.values[2] + (0.5 if row.values[2] % 2.0 == 0.0 else 0.0),
+    Law.EVEN_POWER: lambda row: row.values[2] + (0.5 if row.values[2] % 2.0 == 1.0 else 0.0),
+    Law.POWER_DAMPING: lambda row: row.values[2] + (1.5 if row.values[2] % 2.0 else 1.0),
+    Law.QUADRATIC_DAMPING: lambda _: 2.5,
+    Law.CONSTANT: lambda _: 1.0,
+    Law.TABLE: lambda _: SHARPNESS + 0.5,
+})
 
 
 @final
@@ -89,3 +115,145 @@ class PeriodicSystem:
     def odd(self) -> bool:
         """Whether the opposite of every motion is a motion half a period later."""
         return all(coupling.law.odd for coupling in self.couplings)
+
+
+def system_of_model(model: Model, level: float) -> PeriodicSystem:
+    """Return a model under a harmonic excitation.
+
+    Parameters
+    ----------
+    model : Model
+        What is shaken.
+    level : float
+        Amplitude of the excitation [m/s²] or [N].
+
+    Returns
+    -------
+    PeriodicSystem
+        Its degrees of freedom are the coordinates of the model.
+
+    Raises
+    ------
+    ModelError
+        If the model has no periodic motion, as its properties change with time.
+    """
+    elements = resolved(model)
+    linear = coordinates_of(model, elements)
+    placed = [(linear.across(element.between), element) for element in elements]
+    return PeriodicSystem(
+        np.diag(linear.mass),
+        linear.damping,
+        linear.stiffness,
+        _load(model, linear, level),
+        couplings=tuple(
+            Coupling(direction, _law(model, element), _name(element))
+            for direction, element in placed
+            if not _laws(element) <= {Law.LINEAR, Law.ATTACHED, Law.FRICTION}
+        ),
+        frictions=tuple(
+            Friction(direction, DryFrictionLaw(*row.values), _name(element))
+            for direction, element in placed
+            for row in _rows(element, Law.FRICTION)
+        ),
+    )
+
+
+def _load(model: Model, linear: Coordinates, level: float) -> ComplexArray:
+    if model.excitation.kind not in {"base acceleration", "force"}:
+        raise ModelError(
+            f"{model.title}: harmonic balance needs a base or a force that drives the model, "
+            f"not {model.excitation.kind}. Use simulate."
+        )
+    return np.asarray(level * linear.load, np.complex128)
+
+
+def _rows(element: Element, law: Law) -> list[Row]:
+    return [row for row in element.effect.rows() if row.law == law]
+
+
+def _laws(element: Element) -> set[Law]:
+    return {row.law for row in element.effect.rows()}
+
+
+def _name(element: Element) -> str:
+    return f"{element.effect.kind} between {' and '.join(element.between)}"
+
+
+def _law(model: Model, element: Element) -> AbstractLaw:
+    """Return the law of an element that is not linear.
+
+    Raises
+    ------
+    ModelError
+        If harmonic balance knows no law for it.
+    """
+    for known, build in LAWS.items():
+        if _laws(element) <= known:
+            return build(element)
+    raise ModelError(
+        f"{model.title}: the {_name(element)} changes with time, so there is no steady "
+        f"response. Leave it out, or simulate the test in time."
+    )
+
+
+def _stops(element: Element) -> AbstractLaw:
+    """Return stops and jumps as straight lines between their walls."""
+    rows = element.effect.rows()
+    walls = np.unique([row.values[1] for row in rows])
+    middles = _between(walls)
+    slopes, intercepts = np.zeros(middles.size), np.zeros(middles.size)
+    for row in rows:
+        stiffness, wall, side = row.values
+        beyond = side * (middles - wall) > 0.0
+        slopes += stiffness * beyond
+        intercepts -= stiffness * wall * beyond * (row.law == Law.STOP)
+    return PiecewiseLinearLaw(walls, slopes, intercepts)
+
+
+def _contact_damping(element: Element) -> AbstractLaw:
+    rows = element.effect.rows()
+    walls = np.unique([row.values[1] for row in rows])
+    middles = _between(walls)
+    damping = np.zeros(middles.size)
+    for row in rows:
+        coefficient, wall, side = row.values
+        damping += coefficient * (side * (middles - wall) > 0.0)
+    return ContactDampingLaw(walls, damping)
+
+
+def _between(walls: FloatArray) -> FloatArray:
+    """Return a displacement on each stretch between walls."""
+    reach = 1.0 + 2.0 * float(np.max(np.abs(walls)))
+    ends = np.concatenate([[-reach], walls, [reach]])
+    return np.asarray(0.5 * (ends[1:] + ends[:-1]))
+
+
+def _smooth(element: Element) -> AbstractLaw:
+    effect = cast("AbstractMemorylessEffect", element.effect)
+    degrees = [DEGREES[row.law](row) for row in effect.rows()]
+    whole = all(degree == int(degree) for degree in degrees)
+    probe = np.array([0.7, -0.3]), np.array([0.2, 0.9])
+    there, back = effect.force_at(*probe), effect.force_at(-probe[0], -probe[1])
+    return SmoothLaw(
+        force=effect.force_at,
+        slopes=effect.slopes,
+        degree=int(max(degrees)) if whole else max(SHARPNESS, int(max(degrees)) + 1),
+        is_odd=bool(np.allclose(there, -back, rtol=1e-12, atol=0.0)),
+        stiffness=0.0,
+    )
+
+
+def _hysteretic(element: Element) -> AbstractLaw:
+    (row,) = element.effect.rows()
+    stiffness = row.values[3] if row.law == Law.LUGRE else row.values[0]
+    return HystereticLaw(
+        element.effect.force_along, stiffness, 3 if row.law == Law.LUGRE else 2
+    )
+
+
+LAWS: Final[Mapping[frozenset[Law], Callable[[Element], AbstractLaw]]] = MappingProxyType({
+    frozenset({Law.STOP, Law.JUMP}): _stops,
+    frozenset({Law.CONTACT_DAMPING}): _contact_damping,
+    frozenset(DEGREES): _smooth,
+    frozenset({Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.LUGRE, Law.SERIES}): _hysteretic,
+})

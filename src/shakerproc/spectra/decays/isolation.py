@@ -11,32 +11,54 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.decays.line import DecayLine
 
 REJECTION: Final = 1e-3
 """What a filter leaves of the nearest other line, over the mode itself [-]."""
 
-STOP: Final = 0.8
+STOP_EDGE: Final = 0.8
 """Where a filter has reached that, over the distance to the nearest other line [-]."""
 
-PASS: Final = 0.15
+PASS_EDGE: Final = 0.15
 """Where it begins to fall, over that distance [-]: modes shift on their way."""
 
-GROWS: Final = 1.05
+MOST_RISE: Final = 1.05
 """How far the amplitude of one mode may rise, as a factor [-]: the filters ripple by 0.1 %, and
 noise is looked at where it makes less."""
 
-CLEAR: Final = 30.0
+LEAST_OVER_NOISE: Final = 30.0
 """Amplitude over that at the end of the record above which it is looked at [-]."""
 
 RAYLEIGH: Final = 1.8
 """Median of the amplitude of noise over its standard deviation, by Rayleigh's law [-]."""
 
-ROUGH: Final = 8
+NOISE_VALUES: Final = 8
 """Values at the end of a record that tell its noise by how rough they are, at least [-]."""
 
 ORDER: Final = 6
 """Poles of the band-pass on either side of a mode [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class DecayLine:
+    """A mode of a decay as its spectrum shows it.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the line [Hz].
+    row : int
+        Channel in which it stands out of the noise most.
+    apart : float
+        How far away the next other line, rest (0 Hz) or half the sample rate is [Hz].
+    ratio : float
+        Height of that line over its own, 1 at least [-].
+    """
+
+    frequency: float
+    row: int
+    apart: float
+    ratio: float
 
 
 @final
@@ -90,7 +112,9 @@ def filter_length(line: DecayLine) -> float:
     """Return how long a filter is that isolates a line [s]."""
     attenuation = -20.0 * np.log10(REJECTION / line.ratio)
     # Kaiser's law for the length of a low-pass, over the width of its transition
-    return float((attenuation - 7.95) / (2.285 * 2.0 * np.pi * (STOP - PASS) * line.apart))
+    return float(
+        (attenuation - 7.95) / (2.285 * 2.0 * np.pi * (STOP_EDGE - PASS_EDGE) * line.apart)
+    )
 
 
 def envelope_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> DecayEnvelope:
@@ -112,12 +136,12 @@ def envelope_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
     """
     attenuation = -20.0 * np.log10(REJECTION / line.ratio)
     length = 2 * round(0.5 * filter_length(line) * sample_rate) + 1
-    cutoff = 0.5 * (STOP + PASS) * line.apart
+    cutoff = 0.5 * (STOP_EDGE + PASS_EDGE) * line.apart
     taps = scipy.signal.firwin(
         length, cutoff, window=("kaiser", scipy.signal.kaiser_beta(attenuation)), fs=sample_rate
     )
     step = max(round(np.sum(taps) ** 2 / np.sum(taps**2)), 1)
-    frame = (step / sample_rate, line.frequency, PASS * line.apart)
+    frame = (step / sample_rate, line.frequency, PASS_EDGE * line.apart)
     if samples.size < length:
         return DecayEnvelope(np.zeros(0), np.zeros(0, complex), *frame)
     turned = samples * np.exp(
@@ -157,7 +181,7 @@ def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> 
 
 
 def largest_rise(amplitude: FloatArray) -> float:
-    """Return the largest amplitude after a smaller one, over that; 1 of what only decays [-].
+    """Return the largest amplitude after a smaller one, over that; 1 of a mere decay [-].
 
     Parameters
     ----------
@@ -175,16 +199,16 @@ def _rest(amplitude: FloatArray) -> float:
 
     Noise departs from the mean of its neighbours, a mode that decays hardly does.
     """
-    end = amplitude[-max(amplitude.size // 10, min(amplitude.size, ROUGH)) :]
+    end = amplitude[-max(amplitude.size // 10, min(amplitude.size, NOISE_VALUES)) :]
     median = float(np.median(end))
-    if end.size < ROUGH:
+    if end.size < NOISE_VALUES:
         return median
     apart = end[1:-1] - 0.5 * (end[:-2] + end[2:])
     return min(median, RAYLEIGH * float(np.sqrt(np.mean(apart**2) / 1.5)))
 
 
 def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> bool:
-    """Return whether what lies around a line only decays, as one mode does and two do not.
+    """Return whether the signal around a line only decays, as one mode does and two do not.
 
     Parameters
     ----------
@@ -198,5 +222,5 @@ def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> boo
     amplitude = np.abs(envelope_of(samples, sample_rate, line).values)
     if not amplitude.size:
         return False
-    clear = np.flatnonzero(amplitude > CLEAR * _rest(amplitude))
-    return clear.size > 2 and largest_rise(amplitude[: int(clear[-1]) + 1]) < GROWS
+    clear = np.flatnonzero(amplitude > LEAST_OVER_NOISE * _rest(amplitude))
+    return clear.size > 2 and largest_rise(amplitude[: int(clear[-1]) + 1]) < MOST_RISE

@@ -1,18 +1,18 @@
 """Multisines: response function, noise, even and odd distortion, before any model."""
 
-from shakerproc.spectra.multisines.judging import Share, shares_of
-from shakerproc.spectra.multisines.lines import Grid, grid_of
-from shakerproc.spectra.multisines.measuring import LineSpectra, line_spectra
+from shakerproc.spectra.multisines.distortion import LineSpectra, Share, line_spectra, shares_of
 from shakerproc.spectra.multisines.periods import (
+    LineGrid,
     PeriodLayout,
     cut,
+    grid_of,
     layout_of,
     samples_of_period,
-    settled,
+    transient_periods,
 )
 
 __all__ = [
-    "Grid",
+    "LineGrid",
     "LineSpectra",
     "PeriodLayout",
     "Share",
@@ -21,6 +21,6 @@ __all__ = [
     "layout_of",
     "line_spectra",
     "samples_of_period",
-    "settled",
     "shares_of",
+    "transient_periods",
 ]

@@ -50,7 +50,7 @@ LEAST_NOISE: Final = 1e-3
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Chance:
-    """Errors of the values in some bins, and what smearing does to their mean.
+    """Errors of the values in some bins, and the bias of their mean by smearing.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ def steady_chance(
 
 
 def plain_chance(smearing: Smearing, errors: FloatArray, *, is_complex: bool) -> Chance:
-    """Return errors that only the window correlates: what a sweep's coherence says.
+    """Return errors that only the window correlates, from the coherence of a sweep.
 
     `errors` are in the unit of the values.
     """
@@ -234,7 +234,7 @@ def _of_density(
     grid: tuple[FloatArray, FloatArray, FloatArray, ComplexArray],
     harmonics: range,
 ) -> Chance:
-    """Return the errors of a density: its own periodogram is what scatters."""
+    """Return the errors of a density, of which its own periodogram scatters."""
     nodes, share, amplitude, here = grid
     least = LEAST_NOISE * float(np.abs(here.real).max())  # poor fits are negative all over
     density = np.sqrt(np.maximum(here.real, least))

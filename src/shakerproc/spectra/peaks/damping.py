@@ -9,23 +9,26 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
 from shakerproc.spectra.peaks.chance import modelled
-from shakerproc.spectra.peaks.half_power import READABLE, half_power_ratio
-from shakerproc.spectra.peaks.modes_of_peak import FittedModes, fitted_modes
-from shakerproc.spectra.peaks.peak_bins import (
-    FURTHEST,
+from shakerproc.spectra.peaks.fitted_modes import (
     LEAST_BINS,
+    MOST_BINS,
     REACH_BINS,
+    FittedModes,
     PeakData,
     bins_around,
+    fitted_modes,
     maxima_around,
     nearest_peak,
     smoothing_of,
 )
 from shakerproc.spectra.responses.estimators import coherence, h1, psd_ratio
-from shakerproc.spectra.welch.cross import CrossSpectra
-from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.cross import CrossSpectra, psd
+from shakerproc.spectra.welch.windows import correlation_of
 
-RESOLVED: Final = 0.04
+READABLE_WIDTH: Final = 9.0
+"""Half-power width, in widths of the window, from which leakage widens it by 3 % at most."""
+
+LARGEST_ERROR: Final = 0.04
 """Largest half-width of the 95 % interval of a damping ratio that is reported [-]."""
 
 NORMAL: Final = 1.96
@@ -34,20 +37,126 @@ NORMAL: Final = 1.96
 REACH_WIDTHS: Final = 2.0
 """Half-power widths to each side of a peak that are fitted."""
 
-FEW: Final = 3.5
+FEW_SEGMENTS: Final = 3.5
 """Segments that light a bin below which a sweep does not average the window's leakage."""
 
-WIDE: Final = 30.0
+WIDE_PEAK: Final = 30.0
 """Half-power width in bins from which that does not matter, as many bins average it too."""
 
-UNLIKE: Final = 0.05
+UNLIKE_SHARE: Final = 0.05
 """Misfit over the height of a peak that no linear mode has [-]."""
 
-UNLIKELY: Final = 4.0
+UNLIKELY_MISFIT: Final = 4.0
 """Squared misfit over chance from which a misfit is not chance [-]."""
 
-FLOOR: Final = 1e-6
+NOISE_FLOOR: Final = 1e-6
 """Least share of noise assumed in the power of a response [-]."""
+
+
+def half_power_ratio(
+    frequency: FloatArray, power: FloatArray, peak: int
+) -> tuple[float, float] | None:
+    r"""Return damping ratio and width of a peak from the points at half its power.
+
+    .. math:: \zeta = \frac{f_2^2 - f_1^2}{4 f_0^2}
+
+    with the points found on straight lines between bins.
+
+    Parameters
+    ----------
+    frequency : (n_frequencies,) array
+        Frequencies [Hz].
+    power : (n_frequencies,) array
+        Squared magnitude or density [any unit].
+    peak : int
+        Bin of the peak.
+
+    Returns
+    -------
+    (float, float) or None
+        Ratio [-] and half-power width [Hz]; None where one side does not fall to half.
+    """
+    half = power[peak] / 2.0
+    below, above = _crossing(power, peak, half, -1), _crossing(power, peak, half, 1)
+    if below is None or above is None:
+        return None
+    low, high = np.interp([below, above], np.arange(frequency.size), frequency)
+    ratio = (high**2 - low**2) / (4.0 * frequency[peak] ** 2)
+    return float(ratio), float(high - low)
+
+
+def is_resolved(spectra: CrossSpectra, power: FloatArray, peak: int) -> bool:
+    """Return whether the bins resolve a peak, so that its width and height are true.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        What it was read from.
+    power : (n_frequencies,) array
+        Squared magnitude or density [any unit].
+    peak : int
+        Bin of the peak.
+    """
+    reading = half_power_ratio(spectra.frequency, power, peak)
+    return reading is not None and reading[1] >= READABLE_WIDTH * spectra.resolution
+
+
+def resonance_width(seen: float, window: float) -> float:
+    r"""Return the half-power width of a resonance that is seen through a window [Hz].
+
+    .. math:: B_s \approx 0.5346 \, B + \sqrt{0.2166 \, B^2 + B_w^2}
+
+    `seen` is the width that shows, `window` that of the window, which is less [Hz].
+
+    References
+    ----------
+    .. [1] J. J. Olivero and R. L. Longbothum, "Empirical fits to the Voigt line width: a brief
+       review", J. Quant. Spectrosc. Radiat. Transfer 17, 233-236, 1977.
+    """
+    a, b = 0.5346, 0.2166
+    root = np.sqrt((a * seen) ** 2 - (a * a - b) * (seen**2 - window**2))
+    return float((a * seen - root) / (a * a - b))
+
+
+def smeared_height(spectra: CrossSpectra, width: float) -> float:
+    r"""Return the share of the height of a resonance that a window lets be seen.
+
+    .. math:: \frac{\sum_\tau r_w(\tau) e^{-\pi B \tau}}{\sum_\tau e^{-\pi B \tau}}
+
+    with the correlation :math:`r_w` of the window with itself, the first sample halved. It is
+    the same for the density of a mode under white noise and for its response function.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        What the height is read from.
+    width : float
+        Half-power width :math:`B` of the resonance itself [Hz].
+
+    Returns
+    -------
+    float
+        From 0 to 1 [-]; 1 of whole decays, of which no window takes anything.
+    """
+    if spectra.decay_rate is not None:
+        return 1.0
+    decay = np.array([-np.pi * width / spectra.sample_rate], dtype=np.complex128)
+    seen = correlation_of(spectra.window_name, spectra.window).transform(decay)[0]
+    whole = -1.0 / np.expm1(decay) - 0.5
+    return float((seen / whole)[0].real)
+
+
+def _crossing(power: FloatArray, peak: int, level: float, step: int) -> float | None:
+    """Return where the power first falls to a level on one side of a peak."""
+    k = peak
+    while 0 <= k + step < power.size:
+        if power[k + step] <= level:
+            share = (power[k] - level) / (power[k] - power[k + step])
+            return k + step * float(share)
+        if power[k + step] > power[peak]:
+            return None
+        k += step
+    return None
 
 
 @final
@@ -134,7 +243,7 @@ def damping_of_response(
     """
     values = h1(spectra, controls, [response])[0]
     ratio = psd_ratio_of_mean(spectra, controls, response)
-    missing = np.maximum(1.0 - coherence(spectra, controls, [response])[0], FLOOR) * ratio
+    missing = np.maximum(1.0 - coherence(spectra, controls, [response])[0], NOISE_FLOOR) * ratio
     averages = spectra.effective_averages
     if averages > 1.0:  # a measured coherence is too large by chance
         missing *= averages / (averages - 1.0)
@@ -205,7 +314,7 @@ def longer_may_resolve(spectra: CrossSpectra, read: Damping, finer: float) -> bo
     """
     if read.ratio is not None or read.width is None:
         return read.ratio is None
-    return read.width < min(READABLE * spectra.resolution, 2.0 * FURTHEST * finer)
+    return read.width < min(READABLE_WIDTH * spectra.resolution, 2.0 * MOST_BINS * finer)
 
 
 def psd_ratio_of_mean(
@@ -234,13 +343,13 @@ def _damping(
     peak = nearest_peak(maxima, smooth, place)
     reading = half_power_ratio(spectra.frequency, smooth, peak)
     width = reading[1] / spectra.bin_width if reading else 0.0
-    least = READABLE * max(spectra.resolution / spectra.bin_width, float(n_smooth))
+    least = READABLE_WIDTH * max(spectra.resolution / spectra.bin_width, float(n_smooth))
     added = (spectra.decay_rate or 0.0) / np.pi  # width that a window of decays adds [Hz]
     narrowed = 0.5 * added / float(spectra.frequency[peak])
     readable = reading[0] - narrowed if reading and width >= least else None
     found: FittedModes | None = None
     for _ in range(3):
-        reach = min(max(REACH_WIDTHS * width, REACH_BINS), FURTHEST)
+        reach = min(max(REACH_WIDTHS * width, REACH_BINS), MOST_BINS)
         # one blow has a coherence of 1 and no error by which a neighbour could be weighed
         weighed = width if spectra.effective_averages > 1.0 else 0.0
         bins, inside = bins_around(data, usable, maxima, peak, reach, width=weighed)
@@ -249,7 +358,7 @@ def _damping(
         found = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
         wanted = 2.0 * float(found.fit.ratio[0] * found.fit.frequency[0]) / spectra.bin_width
         wanted += added / spectra.bin_width
-        if reach > REACH_WIDTHS * min(wanted, FURTHEST / REACH_WIDTHS) * 0.8:
+        if reach > REACH_WIDTHS * min(wanted, MOST_BINS / REACH_WIDTHS) * 0.8:
             break
         width = min(wanted, 4.0 * reach)
     lit = np.inf if spectra.decay_rate is not None else float(data.lit_segments[peak])
@@ -302,19 +411,19 @@ def _no_mode(found: FittedModes, peak: float, step: float, lit: float) -> str | 
         return "the fit of the modes does not converge"
     if abs(frequency - peak) > max(2.0 * step, ratio * peak):
         return f"the mode that fits best lies at {numeral(frequency, 4)} Hz, beside the peak"
-    if lit < FEW and 2.0 * ratio * frequency < WIDE * step:
+    if lit < FEW_SEGMENTS and 2.0 * ratio * frequency < WIDE_PEAK * step:
         return (
             "the sweep passes the peak within a segment or two: take shorter segments, or "
             "overlap them more"
         )
-    if fit.misfit > UNLIKE and scale > UNLIKELY:
+    if fit.misfit > UNLIKE_SHARE and scale > UNLIKELY_MISFIT:
         return f"the peak has not the shape of linear modes (misfit {fit.misfit:.0%})"
     return None
 
 
 def _uncertain(ratio: float, half: float, step: float) -> str | None:
     """Return why the ratio of a mode is withheld although its frequency is known, if it is."""
-    if half <= RESOLVED:
+    if half <= LARGEST_ERROR:
         return None
     about = f"zeta about {numeral(ratio, 2)} +- {half:.0%}, " if half < 0.5 else ""
     return f"{about}not resolved by bins of {numeral(step)} Hz and this length of run"

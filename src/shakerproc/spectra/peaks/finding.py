@@ -9,14 +9,53 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.peaks.saddles import saddles
-from shakerproc.spectra.welch.cross import CrossSpectra
-from shakerproc.spectra.welch.density import psd
 
 IndexArray: TypeAlias = NDArray[np.intp]
 
 BY_CHANCE: Final = 0.05
 """Probability that chance alone makes a peak in a flat spectrum of this many bins [-]."""
+
+
+def saddles(level: FloatArray, peaks: IndexArray) -> IndexArray:
+    """Return the higher of the two saddles between each maximum and taller ground.
+
+    scipy.signal has them, but takes 0.4 s to load.
+
+    Parameters
+    ----------
+    level : (n,) array
+        Values without NaN [any unit].
+    peaks : (m,) array of int
+        Maxima among them.
+
+    Returns
+    -------
+    (m,) array of int
+        Where the saddles are; the left one of two that are as high.
+    """
+    last = level.size - 1
+    left = np.array(_lowest_before(level.tolist()), dtype=np.intp)[peaks]
+    right = last - np.array(_lowest_before(level[::-1].tolist()), dtype=np.intp)[last - peaks]
+    return np.where(level[left] >= level[right], left, right)
+
+
+def _lowest_before(level: Sequence[float]) -> list[int]:
+    """Return where the lowest value lies from each one back to the next that is taller.
+
+    The nearest of several that are as low. What is taller waits in a stack, each with the
+    lowest value between it and the one below it.
+    """
+    lowest: list[int] = []
+    waiting: list[tuple[float, int]] = []
+    for place, height in enumerate(level):
+        low = place
+        while waiting and waiting[-1][0] <= height:
+            _, beside = waiting.pop()
+            if level[beside] < level[low]:
+                low = beside
+        waiting.append((height, low))
+        lowest.append(low)
+    return lowest
 
 
 @final
@@ -174,48 +213,6 @@ def find_peaks(
         found = resolved(found, np.where(inside, values, np.nan), errors)
     tallest = separated(found, values, distance / width)[:count]
     return tuple(_peak(int(k), frequency, values) for k in tallest)
-
-
-def effective_frequencies(
-    spectra: CrossSpectra,
-    channels: Sequence[int],
-    band: tuple[float, float],
-    *,
-    distance: float = 0.0,
-) -> tuple[Peak | None, ...]:
-    r"""Return the tallest peak of the density of each channel, at its peak frequency.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        Matrix of cross spectra.
-    channels : sequence of int
-        Rows of the channels, from 0.
-    band : (float, float)
-        Excited band, in which the peak must lie [Hz].
-    distance : float
-        Frequency within which only the tallest peak counts [Hz].
-
-    Returns
-    -------
-    tuple of Peak or None
-        One for each channel; None where the density has no maximum in the band.
-
-    Raises
-    ------
-    ValueError
-        If the band does not rise.
-
-    References
-    ----------
-    .. [1] THESIS, section 5.2, "Using peaks to find trends".
-    """
-    density = psd(spectra)
-    found = (
-        find_peaks(spectra.frequency, density[row], band, distance=distance, count=1)
-        for row in channels
-    )
-    return tuple(peaks[0] if peaks else None for peaks in found)
 
 
 def thesis_peaks(values: FloatArray, share: float, height: float = -np.inf) -> IndexArray:

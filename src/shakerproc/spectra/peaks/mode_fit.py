@@ -32,7 +32,7 @@ CLOSE: Final = 1e-4
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class ModeShape:
+class SmearedModes:
     """Responses of modes in certain bins.
 
     Attributes
@@ -131,7 +131,7 @@ class ModesFit:
 
 
 def fit_modes(
-    shape: ModeShape,
+    shape: SmearedModes,
     values: ComplexArray | FloatArray,
     errors: FloatArray,
     frequency: FloatArray,
@@ -141,7 +141,7 @@ def fit_modes(
 
     Parameters
     ----------
-    shape : ModeShape
+    shape : SmearedModes
         What modes look like in these bins.
     values : (n_bins,) array
         Response function or density [any unit].
@@ -183,7 +183,7 @@ def fit_modes(
 
 
 def best_ratio(
-    shape: ModeShape,
+    shape: SmearedModes,
     values: ComplexArray | FloatArray,
     errors: FloatArray,
     frequency: float,
@@ -213,7 +213,7 @@ class _FitProblem:
     """
 
     def __init__(
-        self, shape: ModeShape, values: ComplexArray | FloatArray, errors: FloatArray
+        self, shape: SmearedModes, values: ComplexArray | FloatArray, errors: FloatArray
     ) -> None:
         self.shape = shape
         self.errors = errors if shape.kind == "density" else np.concatenate([errors, errors])

@@ -1,19 +1,24 @@
 """From the matrix of cross spectra to densities, response functions and coherences."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.welch.cross import CrossSpectra
-from shakerproc.spectra.welch.density import psd
+from shakerproc.numerals import numeral
+from shakerproc.spectra.responses.masks import excited
+from shakerproc.spectra.welch.cross import CrossSpectra, psd
 
 Values = TypeVar("Values", FloatArray, ComplexArray)
 
 SAME_MOTION: Final = 1e-10
 """Share of the power in a motion of the controls below which it is taken for rounding."""
+
+INTEGRATIONS: Final = {"m/s^2": 1, "m/s": 0, "m": -1, "rad/s^2": 1, "rad/s": 0, "rad": -1}
+"""How often a motion of a unit is integrated to a velocity."""
 
 
 def h1(
@@ -214,3 +219,90 @@ def _ratio(above: Values, below: NDArray[Any]) -> Values:
     result = np.full(shape, np.nan, dtype=np.result_type(above, below))
     np.divide(above, below, out=result, where=below != 0.0)
     return cast("Values", result)
+
+
+def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
+    r"""Return the spectra of all channels without what is linear in some of them.
+
+    .. math:: S_{yz \cdot x} = S_{yz} - S_{yx} S_{xx}^{+} S_{xz}
+
+    With all inputs but one given, H1 of what is left is that of several inputs at once
+    (`h1_of_inputs`), and its coherence the partial coherence; H2 and Hv follow in the same way.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    given : sequence of int
+        Rows of the channels whose effects are taken away, from 0.
+
+    Returns
+    -------
+    CrossSpectra
+        Of the same channels, with an average less for each that is given; 0 for those.
+
+    Raises
+    ------
+    ValueError
+        If there are not more averages than channels that are given, and one.
+
+    References
+    ----------
+    .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 7.3.
+    """
+    averages = spectra.effective_averages - len(given)
+    if not averages > 1.0:
+        raise ValueError(
+            f"{numeral(spectra.effective_averages)} averages do not tell {len(given) + 1} "
+            "inputs apart"
+        )
+    s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
+    gains, rows = np.einsum("fgh,hjf->gjf", inverse, s_xy), list(spectra.inputs)
+    left = spectra.matrix - np.einsum("gif,gjf->ijf", s_xy[:, rows].conj(), gains)
+    density = spectra.density - np.einsum("gjf,gjf->jf", s_xy.conj(), gains).real
+    left[[rows.index(i) for i in given]] = 0.0
+    left[:, list(given)] = 0.0
+    density[list(given)] = 0.0
+    left[range(len(rows)), rows] = density[rows]
+    return replace(spectra, matrix=left, density=density, effective_averages=averages)
+
+
+def power_share(
+    spectra: CrossSpectra, force: int, response: int, unit: str, band: tuple[float, float]
+) -> float:
+    r"""Return the power that a force feeds in at a point, net over gross.
+
+    .. math:: \frac{\sum_f \Re S_{Fv}(f)}{\sum_f |\Re S_{Fv}(f)|}
+
+    A passive structure takes power in at every frequency where the velocity :math:`v` is that
+    of the point of the force, along it. Where an exponential window of the decay rate
+    :math:`\sigma` multiplied both, this holds at :math:`s = \sigma + j\omega`, so that an
+    acceleration is divided by that.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+    force, response : int
+        Rows of the force and of the motion.
+    unit : str
+        Of the motion: ``m/s^2``, ``m/s`` or ``m``.
+    band : (float, float)
+        Where the force reaches [Hz].
+
+    Returns
+    -------
+    float
+        1 where all power goes in, -1 where one of the two is the wrong way round, about 0
+        where the motion is that of another point or late; 0 without any power.
+
+    References
+    ----------
+    .. [1] D. J. Ewins, "Modal Testing", 2nd ed., Research Studies Press, 2000, ch. 2 and 3.
+    """
+    inside = excited(spectra.frequency, band) & (spectra.frequency > 0.0)
+    s = (spectra.decay_rate or 0.0) + 2j * np.pi * spectra.frequency[inside]
+    cross = spectra.between([force], [response])[0, 0, inside]
+    power = (cross * s ** -INTEGRATIONS[unit]).real
+    gross = float(np.abs(power).sum())
+    return float(power.sum()) / gross if gross > 0.0 else 0.0

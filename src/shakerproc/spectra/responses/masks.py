@@ -86,7 +86,7 @@ def driven(
 
 
 def masked(values: FloatArray, keep: NDArray[np.bool_]) -> FloatArray:
-    """Return values with what is not kept replaced by not-a-number.
+    """Return values, those that are not kept replaced by not-a-number.
 
     Parameters
     ----------

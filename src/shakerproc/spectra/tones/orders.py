@@ -11,10 +11,147 @@ import scipy  # its parts load when they are first used
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.tones.tachometer import Pulses, numbered, rising_edges
+
+HYSTERESIS: Final = 0.1
+"""How far beside its trigger level, the middle of its range, a tachometer must be before the
+next pulse counts, over that range [-]: noise of an rms up to 2.5 % of the range (four standard
+deviations) makes no pulse of its own, and a pulse of 60 % of the range still counts."""
+
+OUTLIERS: Final = 1e-3
+"""Share of the samples at either end of the range that do not move the trigger level [-]: a
+spike is shorter, the mark of a shaft that makes a pulse is wider than 0.36 degrees."""
+
+NEIGHBOURS: Final = 3
+"""Intervals on either side that one is compared with; their median passes one odd one [-]."""
+
+IRREGULAR: Final = 1.5
+"""Ratio to both sides from which an interval is not one of the shaft's own: halfway between one
+pulse and two. A speed that rises or falls lies between its neighbours [-]."""
+
+MOST_IRREGULAR: Final = 0.1
+"""Share of pulses missing or extra up to which the angle is still known [-]."""
 
 LEAST_PULSES: Final = 4
 """Fewest pulses that a cubic spline of the angle takes [-]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Pulses:
+    """Pulses of a shaft, numbered by the angle at which they stand.
+
+    Attributes
+    ----------
+    times : (n_pulses,) array
+        When each begins [s].
+    numbers : (n_pulses,) array
+        Of each from the first one on; a missing one leaves its number out [-].
+    missing : (n_missing,) array
+        When the pulses before the places of missing ones begin [s].
+    extra : (n_extra,) array
+        When those began that were left out [s].
+    """
+
+    times: FloatArray
+    numbers: FloatArray
+    missing: FloatArray
+    extra: FloatArray
+
+
+def rising_edges(tachometer: FloatArray, sample_rate: float) -> tuple[FloatArray, str]:
+    """Return the times [s] of the rising edges, and the range they were looked for in.
+
+    An edge is where a straight line between two samples crosses the middle of the range, of
+    which a few samples at either end do not count.
+
+    Parameters
+    ----------
+    tachometer : (n_samples,) array
+        Samples, in any unit.
+    sample_rate : float
+        Samples per second [Hz].
+    """
+    low = float(np.quantile(tachometer, OUTLIERS, method="higher"))
+    high = float(np.quantile(tachometer, 1.0 - OUTLIERS, method="lower"))
+    middle, margin = 0.5 * (low + high), HYSTERESIS * (high - low)
+    state = np.where(tachometer > middle + margin, 1, 0)
+    state[tachometer < middle - margin] = -1
+    told = np.flatnonzero(state)  # samples that are clearly above or below
+    rising = np.flatnonzero((state[told[:-1]] < 0) & (state[told[1:]] > 0))
+    below = tachometer <= middle
+    before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[told[rising + 1]]
+    a, b = tachometer[before], tachometer[before + 1]
+    return (before + (middle - a) / (b - a)) / sample_rate, f"between {low:g} and {high:g}"
+
+
+def numbered(times: FloatArray) -> Pulses:
+    """Return pulses with their numbers, those left out that are too many.
+
+    Parameters
+    ----------
+    times : (n,) array
+        When the edges rise [s].
+
+    Raises
+    ------
+    SpectrumError
+        If so many are missing or extra that the angle is not known.
+    """
+    kept = times
+    extra: list[float] = []
+    most = MOST_IRREGULAR * times.size
+    while len(extra) <= most:
+        longer, shorter = _neighbouring_intervals(kept)
+        short = np.flatnonzero(IRREGULAR * np.diff(kept) < shorter)
+        if not short.size:
+            break
+        odd = _extra(kept, int(short[0]), float(longer[short[0]]))
+        extra.append(float(kept[odd]))
+        kept = np.delete(kept, odd)
+    interval = np.diff(kept)
+    longer, _ = _neighbouring_intervals(kept)
+    ratio = np.divide(interval, longer, out=np.ones_like(interval), where=longer > 0.0)
+    steps = np.where(ratio > IRREGULAR, np.maximum(np.round(ratio), 2.0), 1.0)
+    missing = kept[:-1][steps > 1.0]
+    if missing.size + len(extra) > most:
+        first = min([*missing, *extra])
+        raise SpectrumError(
+            f"{missing.size} gaps and {len(extra)} extra among {times.size} pulses, the first "
+            f"at {first:.6g} s: they do not stand at equal angles"
+        )
+    numbers = np.concatenate([[0.0], np.cumsum(steps)])
+    return Pulses(kept, numbers, missing, np.array(extra))
+
+
+def _neighbouring_intervals(times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the longer and the shorter of the usual intervals before and after each [s].
+
+    The first and the last have one side only, and are not judged: 0 and infinity stand beside
+    the other way round, so that neither is irregular.
+    """
+    interval = np.diff(times)
+    n = interval.size
+    padded = np.concatenate([
+        np.full(NEIGHBOURS, np.nan),
+        interval,
+        np.full(NEIGHBOURS, np.nan),
+    ])
+    windows = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS)
+    before, after = windows[:n], windows[NEIGHBOURS + 1 :]
+    longer, shorter = np.full(n, np.inf), np.zeros(n)
+    inner = slice(1, n - 1)
+    sides = np.array([np.nanmedian(before[inner], axis=1), np.nanmedian(after[inner], axis=1)])
+    longer[inner], shorter[inner] = sides.max(axis=0), sides.min(axis=0)
+    return longer, shorter
+
+
+def _extra(times: FloatArray, short: int, usual: float) -> int:
+    """Return which end of a short interval is the extra pulse.
+
+    It is the one without which the interval that remains is closest to the usual one.
+    """
+    ends = [end for end in (short, short + 1) if 0 < end < times.size - 1]
+    return min(ends, key=lambda end: abs(times[end + 1] - times[end - 1] - usual))
 
 
 @final

@@ -17,7 +17,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.peaks.damping import NORMAL, UNLIKE
+from shakerproc.spectra.peaks.damping import NORMAL, UNLIKE_SHARE
 from shakerproc.spectra.tones.swept import Sweep
 
 ENOUGH: Final = 0.95
@@ -218,7 +218,7 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
     found = _fitted(passage)
     left, weights = passage.solved(found.x)
     misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / passage.height)
-    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE:
+    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE_SHARE:
         return None
     natural, ratio = (float(value) for value in np.exp(found.x))
     half = _half_width(found, left.size)
@@ -234,7 +234,7 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Passage:
-    """A swept response around its tallest point, and what one mode makes of it.
+    """A swept response around its tallest point, and the response of one mode there.
 
     The logarithms of natural frequency and damping ratio are searched; residue and a straight
     background are solved for.

@@ -190,7 +190,7 @@ def _straight(position: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _pulled_in(read: SampleReader, track: ToneTrack) -> ToneTrack:
-    """Return the track with what is left of the phase of the signal added.
+    """Return the track with the remaining phase of the signal added.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The cross spectra of a recording, and what they are worth statistically."""
+"""The cross spectra of a recording, their densities, and their degrees of freedom."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -133,3 +133,19 @@ class CrossSpectra:
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom of each PSD value, twice the effective averages."""
         return 2.0 * self.effective_averages
+
+
+def psd(spectra: CrossSpectra) -> FloatArray:
+    """Return the power spectral density of every channel.
+
+    Parameters
+    ----------
+    spectra : CrossSpectra
+        Matrix of cross spectra.
+
+    Returns
+    -------
+    (n_channels, n_frequencies) array
+        One-sided densities [unit²/Hz].
+    """
+    return spectra.density.copy()

@@ -8,8 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
-from shakerproc.spectra.welch.cross import CrossSpectra
-from shakerproc.spectra.welch.density import psd
+from shakerproc.spectra.welch.cross import CrossSpectra, psd
 
 IMBALANCE: Final = 0.1
 """Relative difference of the control motions that deserves a warning [-] (trap 19)."""

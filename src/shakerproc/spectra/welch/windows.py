@@ -141,7 +141,7 @@ class SampledCorrelation(AbstractCorrelation):
 
 @final
 class DecayCorrelation(AbstractCorrelation):
-    """That of blocks that hold whole decays: what their exponential window leaves of them.
+    """Correlation of blocks that hold whole decays under their exponential window.
 
     Nothing is cut off, so that there is no correlation of a window; as a window multiplies
     input and response alike, a mode decays faster by its rate, which is taken into account

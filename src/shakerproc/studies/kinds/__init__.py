@@ -8,10 +8,8 @@ from shakerproc.studies.kinds.base import AbstractKind, Option
 from shakerproc.studies.kinds.curves import BackboneKind, ForceLaw, ResponseKind
 from shakerproc.studies.kinds.formula import Formula
 from shakerproc.studies.kinds.grid import Grid
-from shakerproc.studies.kinds.motion import MotionKind
-from shakerproc.studies.kinds.spectra import Spectra
-from shakerproc.studies.kinds.spectrograms import SpectrogramKind
-from shakerproc.studies.kinds.strobe import Bifurcation, Poincare
+from shakerproc.studies.kinds.motion import Bifurcation, MotionKind, Poincare
+from shakerproc.studies.kinds.spectra import Spectra, SpectrogramKind
 
 KINDS: Final[Mapping[str, AbstractKind]] = MappingProxyType({
     "grid": Grid(),

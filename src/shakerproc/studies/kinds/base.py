@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from math import cos, degrees, isclose, sin
 from types import MappingProxyType
 from typing import ClassVar, Final, final
 
@@ -16,8 +17,7 @@ from shakerproc.simulation.inputs import MOST_SAMPLES
 from shakerproc.studies.checks import Check, Checked, above, below, equals, trends
 from shakerproc.studies.placing import placed
 from shakerproc.studies.results import Columns, StudyPanel, StudyResult
-from shakerproc.studies.run_validation import check_measure, check_run
-from shakerproc.studies.study import Study, StudyRun
+from shakerproc.studies.study import Study, StudyRun, check_measure, check_run
 
 EXACT: Final = 1e-9
 """Resolution of a quantity that is computed without bins, as a share of the largest [-]."""
@@ -172,13 +172,13 @@ class AbstractKind(ABC):
     def drawing(
         self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
     ) -> Drawing:
-        """Return table and panels of what all jobs found, in their order."""
+        """Return table and panels of the findings of all jobs, in their order."""
 
     @final
     def result(
         self, study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
     ) -> StudyResult:
-        """Return tables and panels of what all jobs found, with the outcome of every check."""
+        """Return tables and panels of the findings of all jobs, with every check."""
         drawn = self.drawing(study, jobs, [one.columns for one in found])
         claim = study.claim
         return StudyResult(
@@ -306,3 +306,51 @@ def _chaos(found: Sequence[JobFinding], several: int) -> tuple[str, ...]:
         f"{len(chaotic)} of {len(found)} runs are chaotic: ensemble only (a disturbance of "
         f"1e-10 grows up to {largest:.1e} times); {told}",
     )
+
+
+def driven(study: Study) -> str:
+    """Return the excitation of the runs, for people."""
+    run = study.run
+    if run is None:
+        return ""
+    varied = [v.name for v in study.vary if any(p.startswith("run.") for p in v.places)]
+    method = {"exact": "", "Newmark": ", by Newmark's method"}.get(
+        run.method, f", by {run.method} at a relative tolerance of {run.tolerance:g}"
+    )
+    return _in_general(run) + method + (f", {' and '.join(varied)} varied" if varied else "")
+
+
+def _in_general(run: StudyRun) -> str:
+    start = ""
+    if run.initial_displacement or run.initial_velocity:
+        start = f", from {run.initial_displacement:.4g} m and {run.initial_velocity:.4g} m/s"
+    if run.excitation == "free":
+        return f"free motion of {run.duration:g} s{start}"
+    if run.excitation == "sine":
+        return (
+            f"sine of {run.frequency:.4g} Hz for {run.duration:g} s, begun "
+            f"{sine_start(run.phase)}{start}"
+        )
+    if run.excitation == "random":
+        return f"random {run.from_hz:g} to {run.to_hz:g} Hz, seed {run.seed}{start}"
+    ends = (run.to_hz, run.from_hz) if run.down else (run.from_hz, run.to_hz)
+    way, per = ("down" if run.down else "up"), ("octave" if run.octaves else "hertz")
+    return (
+        f"sweep {way} from {ends[0]:g} to {ends[1]:g} Hz in {run.duration:g} s, as long for "
+        f"every {per}{start}"
+    )
+
+
+def sine_start(phase: float) -> str:
+    """Return how a sine begins, for people.
+
+    Parameters
+    ----------
+    phase : float
+        Phase at the start [rad].
+    """
+    if isclose(cos(phase), 1.0, abs_tol=1e-9):
+        return "at 0 and rising"
+    if isclose(sin(phase), 1.0, abs_tol=1e-9):
+        return "at its largest value (a cosine)"
+    return f"at a phase of {degrees(phase):.4g} deg"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models import AbstractMemorylessEffect, Model
-from shakerproc.models.parallel_elements import resolved
+from shakerproc.models.coordinates import resolved
 from shakerproc.simulation.harmonic_balance import (
     backbone,
     difference_from_simulation,

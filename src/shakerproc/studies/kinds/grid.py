@@ -10,20 +10,19 @@ from numpy.typing import NDArray
 
 from shakerproc.models import Model
 from shakerproc.simulation.harmonic_balance import gap_severity, natural_frequencies
-from shakerproc.simulation.harmonic_balance.from_model import system_of_model
-from shakerproc.studies.estimators import in_words, peak_frequency, spectrum
+from shakerproc.simulation.harmonic_balance.system import system_of_model
 from shakerproc.studies.kinds.base import (
     AbstractKind,
     Drawing,
     JobFinding,
     StudyJob,
     column_of,
+    driven,
     groups_of,
     label_of,
 )
-from shakerproc.studies.kinds.driving import driven
-from shakerproc.studies.motion_readings import read_run
 from shakerproc.studies.placing import TEMPERATURE, clearance_of
+from shakerproc.studies.readings import in_words, peak_frequency, read_run, spectrum
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
 from shakerproc.studies.simulated import SimulatedMotion
 from shakerproc.studies.study import Measure, Study, StudyRun
@@ -106,7 +105,7 @@ class Grid(AbstractKind):
 @final
 @dataclass(frozen=True, slots=True)
 class PeakOfRun:
-    """Peak frequency of a run, and what stands beside it.
+    """Peak frequency of a run, with its scatter, resolution and growth.
 
     Attributes
     ----------

@@ -1,27 +1,50 @@
-"""Time history and phase plane of runs."""
+"""Motion of runs: time history, phase plane, Poincaré maps and bifurcation diagrams."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.models import Model
-from shakerproc.studies.kinds.base import AbstractKind, Drawing, JobFinding, StudyJob, label_of
-from shakerproc.studies.kinds.driving import driven
-from shakerproc.studies.motion_readings import (
+from shakerproc.simulation.inputs import MOST_SAMPLES
+from shakerproc.studies.kinds.base import (
+    AbstractKind,
+    Drawing,
+    JobFinding,
+    Option,
+    StudyJob,
+    column_of,
+    driven,
+    label_of,
+    sine_start,
+)
+from shakerproc.studies.readings import (
+    chaotic_once_settled,
     decay,
     distortion,
     half_cycle_scatter,
     half_cycles,
+    period_of,
     read_run,
 )
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
-from shakerproc.studies.simulated import SimulatedMotion, simulated
-from shakerproc.studies.study import Study, StudyRun
+from shakerproc.studies.simulated import SimulatedMotion, simulated, strobe
+from shakerproc.studies.study import Study, StudyRun, check_run
 
 MOST_SHOWN = 20_000
+
+PERIODS: Final = Option("1", least=1, most=MOST_SAMPLES / 360.0, whole=True)
+
+SETTLING: Final = Option("1", most=MOST_SAMPLES / 360.0, whole=True)
+
+QUANTITIES: Final[Mapping[str, str]] = MappingProxyType({
+    "period": "1",
+    "growth": "1",
+    "chaotic": "1",
+})
 
 
 @final
@@ -104,3 +127,152 @@ def _rms_without_excitation(model: Model, run: StudyRun) -> float:
     if not (run.initial_displacement or run.initial_velocity):
         return float("nan")
     return _rms(simulated(model, replace(run, excitation="free"), growth=False))
+
+
+@final
+class Bifurcation(AbstractKind):
+    """Displacement once a period against a parameter, after the motion has settled."""
+
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "periods": PERIODS,
+        "settle periods": SETTLING,
+    })
+    needs: ClassVar[tuple[str, ...]] = ("model", "run", "vary")
+    quantities: ClassVar[Mapping[str, str]] = QUANTITIES
+
+    def check_job(self, study: Study, job: StudyJob) -> None:
+        _check_sine(job)
+
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
+        model, run = job.require()
+        x, v, growth = strobe(
+            model,
+            run,
+            periods=int(study.option("periods", 64)),
+            settle=int(study.option("settle periods", 400)),
+            phases=1,
+        )
+        return JobFinding(
+            {"displacement_m": x[0], "velocity_m_per_s": v[0]}, _period_sentence(x, v, growth)
+        )
+
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
+        variation = study.vary[-1]
+        counts = [one["displacement_m"].size for one in found]
+        x = np.repeat([job.values[-1] for job in jobs], counts)
+        y = np.concatenate([one["displacement_m"] for one in found]).astype(np.float64)
+        unit = "" if variation.unit == "1" else f" [{variation.unit}]"
+        return Drawing(
+            columns={
+                column_of(variation.name, variation.unit): x,
+                "displacement_m": y,
+                "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in found]),
+            },
+            panels=(
+                StudyPanel(
+                    f"{variation.name}{unit}",
+                    "displacement once a period [m]",
+                    (StudyLine(x, y, "", "points"),),
+                ),
+            ),
+            method=(
+                f"{counts[0]} periods after {study.option('settle periods', 400):g} to settle, "
+                f"each value from the same initial state, the sine begun {_begun(study)}"
+            ),
+        )
+
+
+@final
+class Poincare(AbstractKind):
+    """Displacement and velocity once a period, also at a sequence of phases."""
+
+    options: ClassVar[Mapping[str, Option]] = MappingProxyType({
+        "periods": PERIODS,
+        "settle periods": SETTLING,
+        "phases": Option("1", least=1, most=360, whole=True),
+    })
+    needs: ClassVar[tuple[str, ...]] = ("model", "run")
+    quantities: ClassVar[Mapping[str, str]] = QUANTITIES
+
+    def check_job(self, study: Study, job: StudyJob) -> None:
+        _check_sine(job)
+
+    def compute(self, study: Study, job: StudyJob) -> JobFinding:
+        model, run = job.require()
+        phases = int(study.option("phases", 1))
+        x, v, growth = strobe(
+            model,
+            run,
+            periods=int(study.option("periods", 2000)),
+            settle=int(study.option("settle periods", 200)),
+            phases=phases,
+        )
+        columns = {
+            "phase_deg": np.repeat(np.arange(phases) * (360.0 / phases), x.shape[1]),
+            "displacement_m": x.ravel(),
+            "velocity_m_per_s": v.ravel(),
+        }
+        return JobFinding(columns, _period_sentence(x, v, growth))
+
+    def drawing(
+        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+    ) -> Drawing:
+        panels = []
+        for job, one in zip(jobs, found, strict=True):
+            for phase in np.unique(one["phase_deg"].astype(np.float64)):
+                panels.append(_map(study, job, one, float(phase)))
+        return Drawing(
+            columns={
+                "run": np.repeat(np.arange(len(found)), [f["phase_deg"].size for f in found]),
+                **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+            },
+            panels=tuple(panels),
+            method=(
+                f"{study.option('periods', 2000):g} periods, the sine begun {_begun(study)}"
+            ),
+        )
+
+
+def _check_sine(job: StudyJob) -> None:
+    """Pass a run of a sine, which has periods.
+
+    Raises
+    ------
+    ValueError
+        If it is driven by something else.
+    """
+    _, run = job.require()
+    check_run(run)
+    if run.excitation != "sine":
+        raise ValueError(f"looking once a period needs a sine, not {run.excitation}")
+
+
+def _period_sentence(x: FloatArray, v: FloatArray, growth: float) -> dict[str, float]:
+    """Return after how many periods the motion comes back, and whether it is chaotic."""
+    period = period_of(x[0], v[0])
+    return {
+        "period": period,
+        "growth": growth,
+        "chaotic": float(chaotic_once_settled(growth, period)),
+    }
+
+
+def _begun(study: Study) -> str:
+    return sine_start(0.0 if study.run is None else study.run.phase)
+
+
+def _map(study: Study, job: StudyJob, one: Columns, phase: float) -> StudyPanel:
+    here = one["phase_deg"].astype(np.float64) == phase
+    x: FloatArray = one["displacement_m"][here].astype(np.float64)
+    v: FloatArray = one["velocity_m_per_s"][here].astype(np.float64)
+    label = label_of(study, job)
+    title = f"{label}, phase {phase:g}°" if label else f"phase {phase:g}°"
+    return StudyPanel(
+        "displacement [m]",
+        "velocity [m/s]",
+        (StudyLine(x, v, "", "points"),),
+        title,
+        square=True,
+    )

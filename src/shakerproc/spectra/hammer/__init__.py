@@ -1,1 +1,0 @@
-"""Blows of a hammer: found, judged and windowed."""

@@ -1,1 +1,0 @@
-"""A long record split into shocks and parts of steady vibration."""
