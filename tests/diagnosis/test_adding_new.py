@@ -27,7 +27,7 @@ from shakerproc.simulation import simulate
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 CUBIC = 2e11
 OWN = Path(__file__).parents[2] / "examples" / "my_effects.py"
-SHORT = {"levels": (3.0, 6.0), "seconds": 2.5}
+SHORT = {"levels": (3.0, 6.0), "seconds": 1.5}
 
 
 @pytest.fixture(scope="module")
