@@ -31,7 +31,6 @@ def pytest_configure():
 def pytest_collection_finish():
     """Leave out of each later collection what was imported."""
     gc.freeze()
-    gc.set_threshold(50_000)
     gc.enable()
 
 
