@@ -16,7 +16,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
-from shakerproc.diagnosis.estimation.of_tests import spreads_of
+from shakerproc.diagnosis.estimation.of_tests import offsets_in, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
@@ -227,7 +227,7 @@ def _sought(
         here.x,
         here.gain,
         here.delay,
-        _expected(here.of_tests, linearisation.windows),
+        _expected(linearisation.data, here.of_tests, linearisation.windows),
         linearisation.windows,
         here.starts,
         cost=cost,
@@ -254,10 +254,15 @@ def _begun(
     return None if state is None else with_best_starts(linearisation, here, state)
 
 
-def _expected(of_tests: FloatArray, windows: Windows) -> FloatArray:
-    """Return numbers of every test, of those that took no part the mean of the others."""
+def _expected(data: DataSet, of_tests: FloatArray, windows: Windows) -> FloatArray:
+    """Return numbers of every test, of those that took no part the mean of the others.
+
+    Not of offsets, which are those of one recording.
+    """
     fitted = np.isin(np.arange(of_tests.shape[1]), windows.table[:, 0])
-    return np.where(fitted, of_tests, np.mean(of_tests[:, fitted], axis=1, keepdims=True))
+    mean = np.repeat(np.mean(of_tests[:, fitted], axis=1, keepdims=True), fitted.size, axis=1)
+    offsets_in(data, mean)[:] = 0.0
+    return np.where(fitted, of_tests, mean)
 
 
 def perfect(data: DataSet) -> Channels:
