@@ -1,5 +1,6 @@
 """What every test shares: loud floating-point errors and the way to the shared data."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -20,6 +21,18 @@ for name in ("COLUMNS", "LINES"):
 # a slow machine is no failure, and the same draws fail everywhere
 settings.register_profile("shakerproc", deadline=None, derandomize=True)
 settings.load_profile("shakerproc")
+
+
+def pytest_configure():
+    """Collect no garbage while thousands of tests are imported: all of it stays."""
+    gc.disable()
+
+
+def pytest_collection_finish():
+    """Leave out of each later collection what was imported."""
+    gc.freeze()
+    gc.enable()
+
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 

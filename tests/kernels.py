@@ -4,15 +4,19 @@ import numpy as np
 from blind.campaigns import draw
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulation import simulate
+from shakerproc.simulation import first_calls, simulate
 from shakerproc.simulation.harmonic_balance.response import frequency_response
 from shakerproc.spectra import swept_response
 from tests.harmonic_balance.oscillators import duffing, gap
 
 
 def main():
-    """Draw a hidden campaign, simulate a law without series, balance two, follow a sweep."""
+    """Draw a hidden campaign, simulate a law without series, balance two, follow a sweep.
+
+    Laws with memory are asked for their force, too.
+    """
     draw(11, "gap")
+    first_calls.call_along()
     law = EFFECTS["power_law"](force=10.0, reference_displacement=1e-3, exponent=1.5)
     element = Element(law, ("base", "coupon"))
     model = Model("law", {"coupon": 1.0}, (element,), Excitation("base acceleration"), {})

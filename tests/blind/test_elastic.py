@@ -18,9 +18,8 @@ def test_the_free_beam_bends_at_the_ratios_of_the_textbook():
     assert np.sum(gamma[:2] ** 2) == pytest.approx(2.0, rel=1e-6)  # the mass of the beam
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param("gap", marks=pytest.mark.long), "cubic_stiffness"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["gap", "cubic_stiffness"])
 def test_its_motion_is_that_of_another_integrator(kind, monkeypatch):
     monkeypatch.setattr(elastic, "SECONDS", 1.2)
     for module in (bodies, elastic):

@@ -45,6 +45,7 @@ def answer(kind, verdict, ties=()):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_truth_carries_out_what_is_proposed():
     """A gap that never closed, four times as loud: it closes, and is named."""
     drawn = draw_all(12, "unexercised")

@@ -12,6 +12,7 @@ from blind import runner
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.long
 def test_one_that_hangs_or_dies_costs_itself_only(monkeypatch, tmp_path):
     monkeypatch.setenv("BLIND_CACHE", str(tmp_path))  # who hung is drawn once
     monkeypatch.setattr(runner, "WALL_OVER_PROCESSOR", 40.0)  # 20 s, to import in as well

@@ -209,6 +209,7 @@ def test_what_a_test_no_longer_makes_does_not_stay_beside_what_it_makes_now(tmp_
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_no_result_is_filed_under_other_bytes_however_recordings_are_exchanged(tmp_path):
     tally = exchanges(tmp_path, 6, real_share=0.3)  # `make chaos` plays 200 rounds
     assert tally.changes > 20

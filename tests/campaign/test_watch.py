@@ -209,6 +209,7 @@ def test_a_folder_that_another_watch_has_is_locked(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_nothing_is_lost_and_nothing_done_twice_though_it_is_killed(tmp_path):
     compared, _ = kill_and_compare(tmp_path, 2, 2, pause=0.1, most=6)
     assert compared > 6

@@ -162,7 +162,9 @@ def test_the_terminal_gets_no_control_characters(tmp_path):
 @pytest.mark.parametrize("no_color", [True, False])
 def test_colour_is_for_terminals_that_want_it(no_color):
     wanted = {"NO_COLOR": "1"} if no_color else {}
-    shown = shown_on_terminal([sys.executable, "-m", "shakerproc", "doctor"], **wanted)
+    recording = ROOT / "sample_data" / "recordings" / "Test_1" / "Acceleration.tdms"
+    command = [sys.executable, "-m", "shakerproc", "inspect", recording]
+    shown = shown_on_terminal(command, **wanted)
     assert "─" in shown
     assert bool(re.search(r"\x1b\[[0-9;]*3[0-9]", shown)) <= (not no_color)
 

@@ -35,6 +35,7 @@ CUBIC = "  - {kind: cubic_stiffness, between: [base, y], coefficient: 3.667 N/m^
 
 @pytest.mark.shared
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_cubic_spring_explains_what_the_linear_model_leaves(shared, tmp_path):
     name = "SNLS80mV.mat"
     (tmp_path / name).write_bytes((shared / "data" / "silverbox" / name).read_bytes())

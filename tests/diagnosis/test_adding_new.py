@@ -27,7 +27,8 @@ from shakerproc.simulation import simulate
 GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 CUBIC = 2e11
 OWN = Path(__file__).parents[2] / "examples" / "my_effects.py"
-SHORT = {"levels": (3.0, 6.0), "seconds": 2.5}
+SHORT = {"levels": (3.0, 6.0), "seconds": 1.5}
+LONGER = {"levels": (3.0, 6.0), "seconds": 2.5}
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +156,7 @@ def test_a_free_law_of_an_imposed_motion_is_refused():
 def test_an_effect_of_the_user_s_own_is_added_like_any_other():
     load_effects(OWN)
     try:
-        tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **SHORT)
+        tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **LONGER)
         found = add_to_arrays("detent", one_mass(), tests)
     finally:
         effect_files.forget_effects()
@@ -168,7 +169,7 @@ def test_an_effect_of_the_user_s_own_is_diagnosed_like_any_other(monkeypatch):
     seek_few(monkeypatch, {*FEW, "detent"})
     load_effects(OWN)
     try:
-        tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **SHORT)
+        tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **LONGER)
         found = diagnose_arrays(one_mass(), tests)
     finally:
         effect_files.forget_effects()

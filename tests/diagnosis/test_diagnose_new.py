@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.diagnosis.component import component, rod
 from tests.diagnosis.one_mass import DAMPING, JOINT, arrays_of, one_mass
+from tests.few_effects import seek_few
 
 from shakerproc.diagnosis import diagnose_arrays
 from shakerproc.errors import DiagnosisError
@@ -60,7 +61,7 @@ def test_a_joint_that_held_is_said_to_hold_and_nothing_is_named(few_effects):
             responses=test.controls
             + 0.005 * np.std(test.controls) * rng.standard_normal(test.controls.shape),
         )
-        for test in arrays_of(one_mass())
+        for test in arrays_of(one_mass(), levels=(4.0,), seconds=1.5)
     ]
     found = diagnose_arrays(one_mass(), tests)
     assert found.verdict == "cannot tell"
@@ -79,7 +80,10 @@ def test_a_joint_that_held_is_said_to_hold_and_nothing_is_named(few_effects):
         (lambda x, _: 0.0 * x, []),
     ],
 )
-def test_component_tests_are_judged_by_the_force(law, kinds):
+@pytest.mark.parametrize("all_effects", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_component_tests_are_judged_by_the_force(law, kinds, all_effects, monkeypatch):
+    if not all_effects:
+        seek_few(monkeypatch)
     found = diagnose_arrays(rod(), [component(law, 1), component(law, 2)])
     assert found.verdict == ("effect found" if kinds else "nothing missing")
     assert [effect.kind for effect in found.effects] == kinds

@@ -14,7 +14,7 @@ from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import Damper, Spring
 from shakerproc.testlog import read_testlog
 
-RATE, SECONDS = 1024.0, 3.0
+RATE, SECONDS = 1024.0, 1.5
 MASS, STIFFNESS, DAMPING = 0.2, 1.25e4, 0.4
 CUBIC = 9e8
 JOINT = ("base", "tip")

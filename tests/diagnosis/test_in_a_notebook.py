@@ -14,7 +14,7 @@ import shakerproc as sp
 def files(tmp_path_factory):
     drives = (drive(level=3.0), drive(level=5.0, number=2))
     folder = tmp_path_factory.mktemp("campaign")
-    return written(campaign(drives=drives, seconds=2.0), folder)
+    return written(campaign(drives=drives, seconds=1.2), folder)
 
 
 @pytest.fixture(scope="module")

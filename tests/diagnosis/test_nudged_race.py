@@ -23,7 +23,7 @@ HIDDEN = {
 
 
 def raced(effect):
-    tests = prepared(arrays_of(one_mass(effect=effect), levels=(2.0, 6.0), seconds=3.0))
+    tests = prepared(arrays_of(one_mass(effect=effect), levels=(2.0, 6.0), seconds=2.0))
     campaign = campaign_of(one_mass(), tests)
     laws = {kind: campaign.known[JOINT][kind] for kind in HIDDEN}
     ladder, none = ladder_of(campaign.data), hypothesis_of(campaign.data.model)

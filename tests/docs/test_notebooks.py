@@ -59,6 +59,7 @@ def test_the_first_recording():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_campaign():
     notebook, told = executed("campaign")
     assert pictures(notebook) == 2

@@ -145,6 +145,7 @@ def n_done(out):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_batch_gives_the_same_files_though_a_worker_is_killed(tmp_path, cluster):
     log, out = write_campaign(tmp_path, 6), tmp_path / "out"
     done_here("batch", log, "--out", out, "--no-figures")

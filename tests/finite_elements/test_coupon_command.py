@@ -2,9 +2,11 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 from numpy.testing import assert_allclose
+from tests.docs import console
 from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
@@ -47,6 +49,15 @@ def test_the_table_stands_beside_the_thesis_and_says_what_was_inferred(worked):
     stated = {(m["diameters"], m["circles"]): m for m in document["modes_at_stated_radius"]}
     # MYSTRAN at 8.35 mm, measured before the project began
     assert_allclose(stated[1, 0]["frequency_hz"]["shell mesh"], 321.77, rtol=2e-3)
+
+
+@pytest.mark.slow
+def test_the_page_of_the_thesis_shows_what_is_printed(worked):
+    """The options of `worked` add lines, and change none of those on the page."""
+    page = Path("docs/thesis.md").read_text(encoding="utf-8")
+    ((command,),) = [content for what, _, content in console.blocks(page) if what == "console"]
+    assert command.line == f"shakerproc coupon {COUPONS}/pom_c_radial.yaml"
+    assert console.disagreement(command.expected, worked[1].stdout) is None
 
 
 @pytest.mark.slow
@@ -108,8 +119,6 @@ def test_every_coupon_of_the_thesis_is_read():
 
 
 def read_coupon_of(name):
-    from pathlib import Path
-
     return read_coupon(Path(COUPONS) / f"{name}.yaml")
 
 
@@ -147,8 +156,6 @@ def test_a_wrong_coupon_file_is_refused_with_its_place(tmp_path, old, new, messa
 
 
 def test_a_model_without_damping_is_refused(tmp_path):
-    from pathlib import Path
-
     text = Path(f"{COUPONS}/pom_c_radial.yaml").read_text(encoding="utf-8")
     kept = [line for line in text.splitlines() if not line.startswith("damping_ratio")]
     materials = Path("configs/materials.yaml").resolve().as_posix()

@@ -26,7 +26,7 @@ from shakerproc.spectra.multisines import (
     transient_periods,
 )
 from shakerproc.spectra.multisines.distortion import Kind
-from shakerproc.spectra.multisines.periods import LineGrid, check_input
+from shakerproc.spectra.multisines.periods import check_input
 from shakerproc.testlog import Multisine
 
 LONGEST: Final = 2**25
