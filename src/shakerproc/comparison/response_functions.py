@@ -4,11 +4,6 @@ r"""A model's response functions beside measured ones, line by line.
     e = \sqrt{\frac{\sum \gamma^2 |H - H_\mathrm{meas}|^2}{\sum \gamma^2 |H_\mathrm{meas}|^2}}
 
 with the coherence :math:`\gamma^2` where it was measured, else 1.
-
-References
-----------
-.. [1] W. Heylen and S. Lammens, "FRAC: a consistent way of comparing frequency response
-   functions", International Conference on Identification in Engineering, 1996, 48-57.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +12,7 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.comparison.errors import frac
 from shakerproc.comparison.modes import ComparedModes, beside_model
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import DiagnosisError, ShakerprocError
@@ -67,13 +63,9 @@ class ComparedFunction:
         return float(np.sqrt(left / np.sum(weight * np.abs(self.measured) ** 2)))
 
     @property
-    def frac(self) -> float:
-        """Frequency response assurance criterion, 1 where both differ by a factor only [-]."""
-        shared = np.abs(np.vdot(self.measured, self.model)) ** 2
-        sizes = (
-            np.vdot(self.measured, self.measured).real * np.vdot(self.model, self.model).real
-        )
-        return float(shared / sizes) if sizes > 0.0 else 0.0
+    def frac(self) -> float | None:
+        """Frequency response assurance criterion [-]; None of a single line."""
+        return frac(self.measured, self.model)
 
 
 @final
@@ -121,7 +113,7 @@ class FunctionComparison:
             f"The model leaves {self.error:.1%} rms of {len(self.functions)} response "
             f"functions "
             f"from {self.frequency[0]:.4g} to {self.frequency[-1]:.4g} Hz, most "
-            f"of {worst.response} to {worst.input}: {worst.error:.1%}, FRAC {worst.frac:.3f}."
+            f"of {worst.response} to {worst.input}: {worst.error:.1%}{told_frac(worst.frac)}."
         )
 
 
