@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc.comparison.comparison import Comparison, TestComparison
 from shakerproc.comparison.joints import JointMotion, NotTold, by_range
-from shakerproc.comparison.modes import ComparedModes
+from shakerproc.comparison.modes import ComparedModes, Shapes
 from shakerproc.comparison.refit import Refit
 from shakerproc.comparison.verdict import sentence
 from shakerproc.data import FloatArray
@@ -87,14 +87,25 @@ def modes_document(modes: ComparedModes) -> dict[str, Any]:
     }
 
 
-def shape_columns(modes: ComparedModes) -> dict[str, list[object]]:
+def mode_tables(modes: ComparedModes | None) -> dict[str, dict[str, list[Any]]]:
+    """Return the tables of modes and of shapes as columns, by the name of their file."""
+    if modes is None:
+        return {}
+    rows = mode_rows(modes)
+    pairs = {name: [row[i] for row in rows] for i, name in enumerate(MODE_COLUMNS)}
+    if modes.shapes is None:
+        return {"modes.csv": pairs}
+    return {"modes.csv": pairs, "mode_shapes.csv": _shape_columns(modes, modes.shapes)}
+
+
+def _shape_columns(modes: ComparedModes, shapes: Shapes) -> dict[str, list[Any]]:
     """Return the table of shapes: a row for each pair, or mode without partner, and point."""
     names = ("measured_hz", "model_hz", "point", "test", "test_imaginary", "model",
              "model_imaginary")  # fmt: skip
     rows: list[tuple[object, ...]] = []
-    for pair in modes.pairs if modes.shapes is not None else ():
-        both = modes.shapes.of_pair(pair)
-        for i, point in enumerate(modes.shapes.points):
+    for pair in modes.pairs:
+        both = shapes.of_pair(pair)
+        for i, point in enumerate(shapes.points):
             parts = [(None, None) if s is None else (s[i].real, s[i].imag) for s in both]
             rows.append((pair.measured_hz, pair.model_hz, point, *parts[0], *parts[1]))
     return {name: [row[i] for row in rows] for i, name in enumerate(names)}

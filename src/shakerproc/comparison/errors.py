@@ -186,7 +186,7 @@ def _sensor_errors(prediction: Prediction, pair: Pair, i: int, error: float) -> 
             _norm(np.abs(pair.h1[i] - pair.h1_model[i]) * np.sqrt(pair.input) * lit),
             _norm(gain * np.sqrt(pair.input) * lit),
         ),
-        frac=frac(pair.h1[i, lit], pair.h1_model[i, lit]),
+        frac=frac(pair.h1[i, lit], pair.h1_model[i, lit]) if lit.sum() > 1 else None,
         coherence=float(np.mean((pair.coherence_model[i] - pair.coherence[i])[lit])),
         peak_hz=float(pair.frequency[peak]),
         peak_model_hz=float(pair.frequency[peak_model]),
@@ -197,7 +197,7 @@ def _sensor_errors(prediction: Prediction, pair: Pair, i: int, error: float) -> 
     )
 
 
-def frac(measured: ComplexArray, model: ComplexArray) -> float | None:
+def frac(measured: ComplexArray, model: ComplexArray) -> float:
     r"""Return the frequency response assurance criterion of two response functions.
 
     .. math:: FRAC = \frac{|H^H \hat H|^2}{(H^H H)(\hat H^H \hat H)}
@@ -211,15 +211,15 @@ def frac(measured: ComplexArray, model: ComplexArray) -> float | None:
 
     Returns
     -------
-    float or None
-        0 to 1 [-]; None of a single line, which tells nothing.
+    float
+        0 to 1 [-]; 1 of a single line, which tells nothing.
 
     References
     ----------
     .. [1] W. Heylen and S. Lammens, "FRAC: a consistent way of comparing frequency response
        functions", International Conference on Identification in Engineering, 1996, 48-57.
     """
-    return None if measured.size < 2 else float(mac(measured, model)[0, 0])
+    return float(mac(measured, model)[0, 0])
 
 
 def share(part: float, whole: float) -> float:

@@ -110,7 +110,7 @@ class Shapes:
     model: ComplexArray
 
     def of_pair(self, pair: ModePair) -> tuple[ComplexArray | None, ComplexArray | None]:
-        """Return both shapes of a pair, (n_points,), the model's in sign and size of the test's.
+        """Return both shapes of a pair, (n_points,), the second scaled to the first.
 
         Turned to their mean phase, the largest component of that of the test 1 [-].
         """
@@ -286,7 +286,7 @@ def _with_expansion(pair: ModePair, expansion: Expansion) -> ModePair:
 
 
 def _points(model: Model, seats: Mapping[str, int]) -> tuple[tuple[str, ...], int]:
-    """Return the places of a model that shapes are drawn at, and how many move along an axis."""
+    """Return places of a model to draw shapes at, and how many do not move about an axis."""
     every = [*model.masses, *(p for one in model.structures.values() for p in one.points)]
     moving = [place for place in every if "/about " not in place]
     if len(moving) <= MOST_POINTS:
@@ -299,7 +299,7 @@ def _points(model: Model, seats: Mapping[str, int]) -> tuple[tuple[str, ...], in
 def _geometry(
     model: Model, found: TestModes, points: Sequence[str], seats: Mapping[str, int]
 ) -> Geometry:
-    """Return points of a model for a drawing: as its structures say, else as their sensors do."""
+    """Return points of a model for a drawing, where its structures or else sensors are."""
     positions, directions = [], []
     owner = {point: one for one in model.structures.values() for point in one.points}
     for point in points:

@@ -63,8 +63,8 @@ class ComparedFunction:
         return float(np.sqrt(left / np.sum(weight * np.abs(self.measured) ** 2)))
 
     @property
-    def frac(self) -> float | None:
-        """Frequency response assurance criterion [-]; None of a single line."""
+    def frac(self) -> float:
+        """Frequency response assurance criterion [-]."""
         return frac(self.measured, self.model)
 
 
@@ -113,7 +113,7 @@ class FunctionComparison:
             f"The model leaves {self.error:.1%} rms of {len(self.functions)} response "
             f"functions "
             f"from {self.frequency[0]:.4g} to {self.frequency[-1]:.4g} Hz, most "
-            f"of {worst.response} to {worst.input}: {worst.error:.1%}{told_frac(worst.frac)}."
+            f"of {worst.response} to {worst.input}: {worst.error:.1%}, FRAC {worst.frac:.3f}."
         )
 
 

@@ -200,7 +200,7 @@ def _complex_mode(
 
     .. math:: \phi = \psi \sqrt{2 i \operatorname{Im} \lambda / a}
 
-    by modal A, :math:`a`, of which the receptance is :math:`\psi \psi / (a (i \omega - \lambda))`.
+    by modal A of the receptance :math:`\psi \psi / (a (i \omega - \lambda))`.
 
     Raises
     ------

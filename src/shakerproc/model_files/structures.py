@@ -1,7 +1,7 @@
 """Structures of a model file: written in it, or in a file of their own."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -131,16 +131,9 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
             f"no point ends in /{said.direction}; it is the direction in which the base "
             f"moves, such as z of foot 1/z",
         )
-    for point in said.positions:
-        if point not in points and not any(p.startswith(f"{point}/") for p in points):
-            raise document.error(
-                (*where, "positions", point), f"no point {quoted(point)}", at_key=True
-            )
-    for point in said.residual:
-        if point not in points:
-            raise document.error(
-                (*where, "residual", point), f"no point {quoted(point)}", at_key=True
-            )
+    _check_named(document, (*where, "residual"), said.residual, {*points})
+    undirected = {point.rpartition("/")[0] for point in points}
+    _check_named(document, (*where, "positions"), said.positions, {*points, *undirected})
     try:
         structure = Structure(points, modes, said.direction, said.residual, positions)
     except ValueError as error:
@@ -151,6 +144,21 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
         except ValueError as error:
             raise document.error((*where, "mass"), str(error)) from error
     return structure
+
+
+def _check_named(
+    document: Document[Any], where: Where, said: Iterable[str], points: Container[str]
+) -> None:
+    """Pass a mapping whose keys are points.
+
+    Raises
+    ------
+    DocumentError
+        If one is none.
+    """
+    for point in said:
+        if point not in points:
+            raise document.error((*where, point), f"no point {quoted(point)}", at_key=True)
 
 
 def _check_points(document: Document[Any], where: Where, points: Sequence[str]) -> None:
