@@ -30,11 +30,13 @@ def mode_sections(modes: ComparedModes | None) -> list[ReportSection]:
         tuple("" if value is None else f"{value:.4g}" for value in row)
         for row in mode_rows(modes)
     ]
-    table = filled(f"Modes of {modes.test} and of the linear part of the model", _SHOWN, rows)
+    table = filled(
+        f"Modes of test {modes.test} and of the linear part of the model", _SHOWN, rows
+    )
     told = [modes.sentence]
     if modes.shapes is not None:
         told += [modes.shapes.sentence, _TOLD]
-    figures = [*_macs(modes), *_shapes(modes)]
+    figures = [*_shapes(modes), *_macs(modes)]
     return [ReportSection("Modes", "modes", told, [table], figures)]
 
 
@@ -59,11 +61,11 @@ def _by_side(modes: ComparedModes, side: int) -> Iterator[tuple[ModePair, float]
 
 
 def _shapes(modes: ComparedModes) -> Iterator[PageFigure]:
-    """Yield the shapes of each pair, that of the test and then that of the model."""
+    """Yield the shapes of each pair side by side, then those without a partner."""
     found = modes.shapes
     if found is None or len(found.points) < 2:
         return
-    for pair in modes.pairs[:MOST_MODES]:
+    for pair in sorted(modes.pairs, key=lambda pair: None in pair.rows)[:MOST_MODES]:
         alike = "" if pair.mac is None else f"MAC {pair.mac:.3f} at the sensors"
         for whose, hz, shape in zip(
             ("Test", "Model"),
