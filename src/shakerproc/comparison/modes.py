@@ -131,14 +131,14 @@ class Shapes:
         some = "" if self.of == len(self.points) else f" of {self.of} (sensors and joints)"
         told = (
             f"Measured shapes are expanded to {len(self.points)} points{some} by modes of the "
-            f"model (SEREP): they miss the sensors by {found.missed.max():.2g} of their rms at "
-            f"most, and a sensor that is left out by {found.left_out.max():.2g}."
+            f"model (SEREP). They miss the sensors by {found.missed.max():.2g} of their rms at "
+            f"most; sensors that are left out are missed by {found.left_out.max():.2g}."
         )
-        guessed = int(np.count_nonzero(found.left_out >= 1.0))
+        guessed = int(np.count_nonzero(found.left_out**2 > 0.5))
         if guessed:
             told += (
-                f" Of {guessed} modes the other sensors do not tell the one left out: their "
-                f"shapes between the sensors are a guess."
+                f" In {guessed} of {found.left_out.size} modes sensors do not tell half of the "
+                f"power of one that is left out: shapes between the sensors are a guess there."
             )
         return told
 
@@ -282,7 +282,7 @@ def _with_expansion(pair: ModePair, expansion: Expansion) -> ModePair:
     if row is None:
         return pair
     missed, left_out = float(expansion.missed[row]), float(expansion.left_out[row])
-    return replace(pair, missed=missed, left_out=left_out if np.isfinite(left_out) else None)
+    return replace(pair, missed=missed, left_out=left_out)
 
 
 def _points(model: Model, seats: Mapping[str, int]) -> tuple[tuple[str, ...], int]:

@@ -7,6 +7,7 @@ sensor that is left out is predicted from the others with the error (Allen's PRE
 
 .. math:: e_i = \frac{(\psi_a - \Phi_a \Phi_a^+ \psi_a)_i}{1 - (\Phi_a \Phi_a^+)_{ii}}
 
+Of a mode that one sensor alone tells, the others say nothing: it is 0 in what they predict.
 Of the modes nearest in frequency as many are taken as predict the sensors that are left out
 best: more modes than that follow the noise of the sensors.
 
@@ -93,8 +94,11 @@ def _of(
     left = shape - at_sensors.T @ (inverse @ shape)
     free = 1.0 - np.einsum("ms,ms->s", at_sensors, inverse).real
     told = free > ALONE
-    predicted = np.full(shape.size, np.inf)
-    predicted[told] = np.abs(left[told]) / free[told]
+    predicted = np.abs(left) / np.where(told, free, 1.0)
+    for i in np.flatnonzero(~told):
+        rest = np.arange(shape.size) != i
+        others = np.linalg.pinv(at_sensors.T[rest]) @ shape[rest]
+        predicted[i] = np.abs(shape[i] - at_sensors[:, i] @ others)
     return (
         at_points.T @ (inverse @ shape),
         float(np.linalg.norm(left)) / size,
