@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from blind.excitations import Drive
+from blind.excitations import SAMPLE_RATE, Drive
 from blind.structures import Structure
 
 
@@ -34,3 +34,4 @@ class Campaign:
     truth: dict[str, Any]
     noise_floor: float
     details: dict[str, Any] = field(default_factory=dict)
+    rate: float = SAMPLE_RATE

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from blind import cache, classes, nuisances
+from blind import brief, cache, classes, nuisances
 from blind.campaign import Campaign, TestRun
 from blind.draws import Rng
 from blind.plan import Plan, Wanted, make_plan, will_do
@@ -36,6 +36,8 @@ class Drawn:
 
 def draw(seed: int, text: str) -> Campaign:
     """Return the campaign of this seed and class."""
+    if classes.parse(text).form in classes.BRIEF:
+        return brief.draw(seed, text)
     stored = cache.load(seed, text)
     if stored is None:
         stored = draw_all(seed, text).campaign

@@ -2,7 +2,8 @@
 
 `[FORM:]NAME[:DETAIL...][@NUISANCES]`: NAME is `none`, `unexercised`, an effect, a fault,
 `outside` (or `outside:KIND`) or `pair` (or `pair:A+B`). FORM is `chain` or `chain3` (2 or 3
-masses in a row, the effect in one of the joints) or `force` (the mass is driven, not the base).
+masses in a row, the effect in one of the joints), `force` (the mass is driven, not the base),
+or one of the brief campaigns `decay`, `short` and `quake` (`blind.brief`).
 Details of the dry-friction laws are a regime and a drive: `coulomb_friction:sticking:sweep`.
 NUISANCES are `all` or names with `+` between: `gap@second_mode+skew`. A count may follow for a
 score, `none*50`. The same seed draws the same campaign with and without nuisances.
@@ -15,6 +16,8 @@ from blind import nuisances, ranges
 
 FORMS = {"": 1, "force": 1, "chain": 2, "chain3": 3}
 """Number of masses of each form."""
+BRIEF = ("decay", "short", "quake")
+"""Forms of `blind.brief`, of one to three tests."""
 REGIMES = ("sliding", "sticking", "locked")
 DRIVES = {"random": "random", "sweep": "sine sweep"}
 PLAIN = ("none", "unexercised", "outside", "pair")
@@ -43,9 +46,9 @@ def parse(text: str) -> CampaignClass:
     """
     base, _, tail = text.partition("@")
     parts = base.split(":")
-    form = parts.pop(0) if len(parts) > 1 and parts[0] in FORMS else ""
+    form = parts.pop(0) if len(parts) > 1 and parts[0] in {*FORMS, *BRIEF} else ""
     name, details = parts[0], parts[1:]
-    known = {*ranges.EFFECTS, *ranges.FAULTS, *PLAIN}
+    known = {*ranges.EFFECTS, *ranges.FAULTS, *ranges.BENCH, *PLAIN}
     if name not in known:
         raise ValueError(f"no class {text!r}; there are {', '.join(standard())}")
     chosen, regime, drive = "", "", ""
@@ -91,6 +94,48 @@ GROUPS = {
         "chain:cubic_stiffness",
         "force:gap",
         "force:cubic_stiffness",
+    ),
+    "decays": tuple(
+        f"decay:{name}"
+        for name in (
+            "none",
+            "coulomb_friction",
+            "cubic_stiffness",
+            "quadratic_damping",
+            "pendulum",
+            "gap",
+            "iwan",
+            "pair:pendulum+coulomb_friction",
+            "pair:cubic_stiffness+quadratic_damping",
+            "pair:quadratic_damping+coulomb_friction",
+        )
+    ),
+    "shorts": tuple(
+        f"short:{name}"
+        for name in (
+            "none",
+            "coulomb_friction",
+            "stribeck_friction",
+            "quadratic_damping",
+            "cubic_stiffness",
+            "gap",
+            "stop",
+            "jenkins",
+            "pair:cubic_stiffness+coulomb_friction",
+        )
+    ),
+    "quakes": tuple(
+        f"quake:{name}"
+        for name in (
+            "none",
+            "coulomb_friction",
+            "cubic_stiffness",
+            "bouc_wen",
+            "general_bouc_wen",
+            "jenkins",
+            "quadratic_damping",
+            "iwan",
+        )
     ),
 }
 FROZEN = (

@@ -21,12 +21,17 @@ def write(campaign: Campaign, folder: Path) -> tuple[Path, Path]:
     for test in campaign.tests:
         target = folder / "recordings" / f"Test_{test.number}"
         target.mkdir(parents=True, exist_ok=True)
-        _write_tdms(campaign.structure, test, target / "Acceleration.tdms")
+        _write_tdms(campaign, test, target / "Acceleration.tdms")
     log, model = folder / "testlog.yaml", folder / "model.yaml"
     _write_yaml(log, log_document(campaign))
     _write_yaml(
         model,
-        model_document(campaign.nominal, f"blind {campaign.seed}", campaign.details["known"]),
+        model_document(
+            campaign.nominal,
+            f"blind {campaign.seed}",
+            campaign.details["known"],
+            free=campaign.tests[0].drive.kind == "free decay",
+        ),
     )
     return log, model
 
@@ -35,11 +40,15 @@ def log_document(campaign: Campaign) -> dict[str, Any]:
     """Return the test log as a mapping."""
     structure = campaign.structure
     forced = structure.force_on >= 0
-    role = {"acceleration": "response"}.get(structure.measures, structure.measures)
+    seen = structure.measures.removeprefix("relative ")
+    role = {"acceleration": "response"}.get(seen, seen)
     channels: dict[str, Any] = (
         {"force": {"role": "force", "at": structure.name(structure.force_on)}}
         if forced
-        else {f"control {i}": {"role": "control"} for i in (1, 2)}
+        else {
+            f"control {i + 1}": {"role": "control"}
+            for i in range(len(campaign.tests[0].control))
+        }
     )
     for i in range(len(structure.masses)):
         channels[f"response {i + 1}"] = {
@@ -63,8 +72,10 @@ def _test_document(test: TestRun, *, forced: bool) -> dict[str, Any]:
         "recording": f"Test_{test.number}/Acceleration.tdms",
         "joint": "radial",
         "excitation": drive.kind,
-        "level": level_text(drive, forced=forced),
     }
+    if drive.kind == "free decay":
+        return document
+    document["level"] = level_text(drive, forced=forced)
     if drive.kind == "random":
         document |= {"from": f"{drive.low_hz:.6g} Hz", "to": f"{drive.high_hz:.6g} Hz"}
     else:
@@ -86,7 +97,11 @@ def level_text(drive: Drive, *, forced: bool) -> str:
 
 
 def model_document(
-    structure: Structure, title: str, known: Sequence[dict[str, Any]] = ()
+    structure: Structure,
+    title: str,
+    known: Sequence[dict[str, Any]] = (),
+    *,
+    free: bool = False,
 ) -> dict[str, Any]:
     """Return the nominal model as a mapping, with the effects that it holds already."""
     name = structure.name
@@ -96,18 +111,21 @@ def model_document(
             ("spring", "stiffness", f"{joint.stiffness:.10g} N/m"),
             ("damper", "damping", f"{joint.damping:.10g} N s/m"),
         ):
+            if kind == "spring" and not joint.stiffness:
+                continue  # a rack
             between = [name(joint.first), name(joint.second)]
             elements.append({"kind": kind, "between": between, parameter: value})
+    excitation: dict[str, str] = {"base": "acceleration"}
+    if free:
+        excitation = {"free": "decay"}
+    elif structure.force_on >= 0:
+        excitation = {"force on": name(structure.force_on)}
     return {
         "model": 1,
         "title": title,
         "masses": {name(i): f"{m:.10g} kg" for i, m in enumerate(structure.masses)},
         "elements": elements,
-        "excitation": (
-            {"force on": name(structure.force_on)}
-            if structure.force_on >= 0
-            else {"base": "acceleration"}
-        ),
+        "excitation": excitation,
         "sensors": {
             f"ch{3 + i}": {"at": name(i), "measures": structure.measures}
             for i in range(len(structure.masses))
@@ -119,19 +137,20 @@ def _write_yaml(path: Path, document: dict[str, Any]) -> None:
     path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
 
 
-def _write_tdms(structure: Structure, test: TestRun, path: Path) -> None:
+def _write_tdms(campaign: Campaign, test: TestRun, path: Path) -> None:
+    structure = campaign.structure
     inputs = ["force"] if structure.force_on >= 0 else ["control 1", "control 2"]
     unit_in = ("N", 1.0) if structure.force_on >= 0 else ("g", G)
-    rows = [(name, row, *unit_in) for name, row in zip(inputs, test.control, strict=True)]
+    rows = [(name, row, *unit_in) for name, row in zip(inputs, test.control, strict=False)]
     rows += [
-        (f"response {i + 1}", row, *SENSED[structure.measures])
+        (f"response {i + 1}", row, *SENSED[structure.measures.removeprefix("relative ")])
         for i, row in enumerate(test.response)
     ]
     group = "Acceleration"
     objects: list[Any] = [RootObject({"name": path.stem}), GroupObject(group)]
     for name, row, unit, scale in rows:
         properties = {
-            "wf_increment": 1.0 / SAMPLE_RATE,
+            "wf_increment": 1.0 / campaign.rate,
             "wf_samples": row.size,
             "wf_start_offset": 0.0,
             "wf_start_time": np.datetime64(f"2018-03-01T09:0{test.number}:00"),

@@ -25,7 +25,7 @@ def family(kind: str) -> str:
     parsed = classes.parse(kind)
     if parsed.regime == "locked":
         return "locked"
-    if parsed.name in ranges.EFFECTS:
+    if parsed.name in {**ranges.EFFECTS, **ranges.BENCH}:
         return "effect"
     return "fault" if parsed.name in ranges.FAULTS else parsed.name
 

@@ -85,6 +85,9 @@ OUTSIDE: dict[str, Callable[[Rng, Scale], Hidden]] = {
     "wedge_friction": outside.wedge,
 }
 
+BENCH: dict[str, Callable[[Rng, Scale], Hidden]] = {"pendulum": springs.pendulum}
+"""What is drawn in brief campaigns alone."""
+
 FAULTS = ("sensor_delay", "sensor_gain", "sensor_polarity", "clipping", "mains_hum")
 
 PAIRS = (

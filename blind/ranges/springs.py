@@ -74,6 +74,18 @@ def constant_force(rng: Rng, at: Scale) -> Hidden:
     )
 
 
+def pendulum(rng: Rng, at: Scale) -> Hidden:
+    """Return the spring of an arc, of which a cubic that softens is the beginning."""
+    length = 2.0 * at.displacement / rng.uniform(0.3, 1.2)
+    k = at.stiffness
+    return Hidden(
+        {"coefficient": -k / (6.0 * length**2)},
+        ((laws.SPRING, (-k,), ()), (laws.SINE_SPRING, (k * length, length), ())),
+        main="coefficient",
+        kind="cubic_stiffness",
+    )
+
+
 def bistable(rng: Rng, at: Scale) -> Hidden:
     """Return a negative stiffness beside a cubic; the user measured the stiffness in a well."""
     start = sign(rng) * rng.uniform(0.3, 1.0) * at.displacement

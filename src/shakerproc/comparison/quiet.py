@@ -14,6 +14,9 @@ BLOCK_S: Final = 0.05
 SHORTEST_S: Final = 0.3
 """Shortest rest that tells the noise [s]."""
 
+PARTS: Final = 8
+"""Parts of a recording whose means tell how well the whole one is known [-]."""
+
 _LOUDER = 3.0  # times the quietest block: the shaker has begun
 _REST = 0.3  # rest is quieter than this share of the whole recording
 _DRIVEN = 0.5  # median coherence with the controls: noises of two sensors have none
@@ -85,6 +88,16 @@ def offsets_of(rows: FloatArray, *, driven: bool) -> FloatArray:
         return np.asarray(rows.mean(axis=1, keepdims=True))
     taper = np.hanning(rows.shape[1] + 2)[1:-1]
     return np.asarray(np.average(rows, axis=1, weights=taper)[:, np.newaxis])
+
+
+def offset_errors(rows: FloatArray) -> FloatArray:
+    """Return the standard deviations of means of (n_channels, n) samples, (n_channels,) array.
+
+    As means of `PARTS` parts of them scatter: of white noise as of a motion whose last period
+    is cut.
+    """
+    parts = np.array([part.mean(axis=1) for part in np.array_split(rows, PARTS, axis=1)])
+    return np.asarray(parts.std(axis=0, ddof=1) / np.sqrt(PARTS))
 
 
 def end_of(controls: FloatArray, responses: FloatArray, sample_rate: float) -> int:

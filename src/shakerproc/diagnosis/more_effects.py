@@ -28,6 +28,7 @@ from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws, with_limit
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import LEAST, Score, ranked, simplest_alike
 from shakerproc.diagnosis.selection.standing import contains
+from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
 from shakerproc.simulation import has_jumps
@@ -284,14 +285,20 @@ def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
     laws = free_laws(campaign.data.model, campaign.fitted, tuple(campaign.known))
     if not laws:
         return []
-    hypothesis, x = as_table(campaign.data.model, laws[0])
-    return [replace(linear, hypothesis=hypothesis, x=x)]
+    begun = as_table(campaign.data.model, laws[0])
+    return [] if begun is None else [replace(linear, hypothesis=begun[0], x=begun[1])]
 
 
-def as_table(model: Model, law: FreeLaw) -> tuple[Hypothesis, FloatArray]:
-    """Return a model with a force without a name, and its own numbers that go with it."""
+def as_table(model: Model, law: FreeLaw) -> tuple[Hypothesis, FloatArray] | None:
+    """Return a model with a force without a name, and its own numbers that go with it.
+
+    None where the force pushes away at its end, so that no body would stay there.
+    """
     element = Element(law.effect, law.between)
-    hypothesis = hypothesis_of(replace(model, elements=(*model.elements, element)))
+    try:
+        hypothesis = hypothesis_of(replace(model, elements=(*model.elements, element)))
+    except ModelError:
+        return None
     start = Start(
         Table.kind, law.between, {}, law.stiffness, law.damping, law.explained, law.predicted,
         law.t, law.left,

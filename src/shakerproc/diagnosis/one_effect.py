@@ -291,9 +291,8 @@ def _tables(campaign: Campaign, linear: Fit, wanted: Wanted) -> list[Fit]:
     data, joints = campaign.data, joints_of(campaign, wanted)
     laws = free_laws(data.model, campaign.fitted, tuple(campaign.known))
     law = next((law for law in laws if law.between in joints), None)
-    if law is None:
+    begun = None if law is None else as_table(data.model, law)
+    if begun is None:
         return []
-    hypothesis, x = as_table(data.model, law)
-    channels = linear.channels
-    found = grown(data, hypothesis, x, campaign.stages, channels)
+    found = grown(data, *begun, campaign.stages, linear.channels)
     return [] if found is None else [found]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.comparison.measured import REACH, UNCALIBRATED
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, noise_of
 from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.quiet import Quiet, end_of, offsets_of, quiet_of
+from shakerproc.comparison.quiet import Quiet, end_of, offset_errors, offsets_of, quiet_of
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError
@@ -92,7 +92,9 @@ class Test:
     input : (n,) array
         What drives the model [m/s^2 or N].
     responses : (n_sensors, n) array
-        Without their means.
+        Without their offsets.
+    offset_error : (n_sensors,) array
+        Standard deviation of what is told of these [unit of the sensor].
     band : (float, float)
         What is compared: the excited band and the harmonics above it [Hz].
     start, stop : int
@@ -115,6 +117,7 @@ class Test:
     arrays: TestArrays
     input: FloatArray
     responses: FloatArray
+    offset_error: FloatArray
     band: tuple[float, float]
     start: int
     stop: int
@@ -195,12 +198,14 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
     driven = bool(np.any(controls))
     responses = arrays.responses - offsets_of(arrays.responses, driven=driven)
+    errors = offset_errors(responses)
     rate = arrays.sample_rate
     quiet = quiet_of(controls, responses, rate)
     if quiet is not None:  # rest tells the offset of a channel better than the whole does
         rest = slice(0, quiet.stop)
         controls = controls - controls[:, rest].mean(axis=1, keepdims=True)
         responses = responses - responses[:, rest].mean(axis=1, keepdims=True)
+        errors = offset_errors(responses[:, rest])
     low, high = arrays.band
     highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
     run_in = min(round(rate), responses.shape[1] // 10) if driven else 0
@@ -213,6 +218,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         arrays=arrays,
         input=(arrays.controls if imposed else controls).mean(axis=0),
         responses=responses,
+        offset_error=errors,
         band=(LOW_SHARE * low, highest),
         start=start,
         stop=end_of(controls, responses, rate),

@@ -14,6 +14,7 @@ from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of
 from shakerproc.diagnosis.data.motion import coordinate_motions, frequency_of, joint_motion
 from shakerproc.diagnosis.estimation.lengths import Lengths
+from shakerproc.diagnosis.estimation.offsets import Offsets, offsets_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
 from shakerproc.diagnosis.estimation.uncertainty import uncertainty
@@ -123,6 +124,11 @@ class DataSet:
     def has_constants(self) -> bool:
         """Whether what drives each test has an unknown constant: where it is a force."""
         return self.model.excitation.kind == "force"
+
+    @cached_property
+    def offsets(self) -> Offsets:
+        """Offsets of sensors that the tests are too short to tell."""
+        return offsets_of(self.model, self.tests)
 
     @cached_property
     def driven(self) -> dict[bytes, tuple[Input, ...]]:
@@ -238,7 +244,7 @@ class DataSet:
         return self._stacks[windows]
 
 
-_WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces"})
+_WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces", "offsets"})
 """What was computed of a data set and does not depend on noise that is drawn beside it."""
 
 _WHATEVER_COMPARED: Final = frozenset({

@@ -16,10 +16,10 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
-from shakerproc.diagnosis.estimation.of_tests import spreads_of
+from shakerproc.diagnosis.estimation.of_tests import offsets_in, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, Linearisation
 from shakerproc.diagnosis.estimation.spread import Spread
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
@@ -145,7 +145,7 @@ def fit(
     rounds: int,
     channels: Channels | None = None,
     starts: FloatArray | None = None,
-    step: float | FloatArray = STEP,
+    step: float | FloatArray = 0.0,
 ) -> Fit | None:
     """Return a hypothesis fitted to windows from where x is; None where it runs away.
 
@@ -166,7 +166,8 @@ def fit(
     starts : array, optional
         Starts of windows to begin with; the measured ones.
     step : float or (n_x,) array
-        Change of the coordinates for slopes at first; later as far as the search moves [-].
+        Change of the coordinates for slopes at first, at least that of the linearisation;
+        later as far as the search moves [-].
     """
     linearisation = Linearisation(data, hypothesis, windows)
     begun = _begun(linearisation, x, channels or perfect(data), starts)
@@ -185,7 +186,7 @@ def fit_plainly(found: Fit, *, rounds: int) -> Fit | None:
     """
     linearisation = Linearisation(found.data, found.hypothesis, found.windows, plain=True)
     begun = _begun(linearisation, found.x, found.channels, found.starts)
-    return None if begun is None else _sought(linearisation, begun, rounds, STEP)
+    return None if begun is None else _sought(linearisation, begun, rounds, 0.0)
 
 
 def _sought(
@@ -199,7 +200,8 @@ def _sought(
     linearisation.correlation = correlation_of(residual)
     cost = linearisation.cost(residual, here)
     damping, converged = 1e-3, False
-    steps = np.broadcast_to(step, here.x.shape)
+    least = linearisation.step
+    steps = np.maximum(np.broadcast_to(step, here.x.shape), least)
     for _ in range(rounds):
         slopes = linearisation.linearise(here, (residual, predicted, cost), steps=steps)
         there = better(NormalEquations(linearisation, here, slopes), cost, damping)
@@ -213,10 +215,10 @@ def _sought(
             linearisation.correlation = correlation_of(residual)
             cost = linearisation.cost(residual, here)
         settled = fallen < SETTLED
-        converged = settled and bool(np.all(steps <= STEP))
+        converged = settled and bool(np.all(steps <= least))
         if converged:
             break
-        steps = np.full(change.size, STEP) if settled else np.clip(change, STEP, steps)
+        steps = np.full(change.size, least) if settled else np.clip(change, least, steps)
     count = sum(r.size for r in residual)
     chi_square = sum(float(np.sum(r**2)) for r in residual) / count
     if chi_square > RUNAWAY**2:
@@ -227,7 +229,7 @@ def _sought(
         here.x,
         here.gain,
         here.delay,
-        _expected(here.of_tests, linearisation.windows),
+        _expected(linearisation.data, here.of_tests, linearisation.windows),
         linearisation.windows,
         here.starts,
         cost=cost,
@@ -254,10 +256,15 @@ def _begun(
     return None if state is None else with_best_starts(linearisation, here, state)
 
 
-def _expected(of_tests: FloatArray, windows: Windows) -> FloatArray:
-    """Return numbers of every test, of those that took no part the mean of the others."""
+def _expected(data: DataSet, of_tests: FloatArray, windows: Windows) -> FloatArray:
+    """Return numbers of every test, of those that took no part the mean of the others.
+
+    Not of offsets, which are those of one recording.
+    """
     fitted = np.isin(np.arange(of_tests.shape[1]), windows.table[:, 0])
-    return np.where(fitted, of_tests, np.mean(of_tests[:, fitted], axis=1, keepdims=True))
+    mean = np.repeat(np.mean(of_tests[:, fitted], axis=1, keepdims=True), fitted.size, axis=1)
+    offsets_in(data, mean)[:] = 0.0
+    return np.where(fitted, of_tests, mean)
 
 
 def perfect(data: DataSet) -> Channels:

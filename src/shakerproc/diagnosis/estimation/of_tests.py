@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -28,14 +29,23 @@ KEPT: Final = 2
 def spreads_of(data: DataSet) -> FloatArray:
     """Return what the numbers of tests are known to, as standard deviations, (n, n_tests) [-].
 
-    The rows: the constant of the input over its rms, where a force drives; where tests differ,
+    The rows: the constant of the input over its rms, where a force drives; offsets of sensors
+    over theirs, where tests are too short to tell them (see `offsets`); where tests differ,
     what the difference of the controls adds to it, if a table rocks, the change of stiffness in
     the middle of a test, and that from its beginning to its end, of all springs alike.
     """
-    rows = [CONSTANT_SPREAD] if data.has_constants else []
-    rows += data.sways.spread.tolist()
-    rows += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.differing else []
-    return np.repeat(np.array(rows, float)[:, None], len(data.tests), axis=1)
+    n_tests = len(data.tests)
+    alike = data.sways.spread.tolist()
+    alike += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.differing else []
+    rows = np.repeat(np.array(alike, float)[:, None], n_tests, axis=1)
+    constants = np.full((int(data.has_constants), n_tests), CONSTANT_SPREAD)
+    return np.concatenate([constants, data.offsets.spread, rows])
+
+
+def offsets_in(data: DataSet, of_tests: FloatArray) -> FloatArray:
+    """Return the offsets of sensors, (n_offsets, n_tests) array [-]."""
+    first = int(data.has_constants)
+    return of_tests[first : first + len(data.offsets.sensors)]
 
 
 def as_free(data: DataSet, of_tests: FloatArray) -> FloatArray:
@@ -56,9 +66,31 @@ def as_free(data: DataSet, of_tests: FloatArray) -> FloatArray:
     return free
 
 
+def without_offsets(
+    data: DataSet, table: NDArray[np.int64], of_tests: FloatArray, starts: FloatArray
+) -> FloatArray:
+    """Return starts of windows at measured places, without the offsets of the sensors.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    table : (n_windows, 3) array of int
+        Test, first sample, and number of samples.
+    of_tests : (n, n_tests) array
+        What each test has of its own [-].
+    starts : (n_windows, n_motions) array
+        Motion where windows begin [SI].
+    """
+    moved = data.offsets.moved(offsets_in(data, of_tests))
+    found = starts.copy()
+    found[:, : moved.shape[1]] -= moved[table[:, 0]]
+    return found
+
+
 def shares_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
     """Return what differences of the controls add to the input, (n, n_tests) array [-]."""
-    first = int(data.has_constants)
+    first = int(data.has_constants) + len(data.offsets.sensors)
     return of_tests[first : first + data.sways.spread.size]
 
 
@@ -80,7 +112,8 @@ def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
 
 def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
     """Return what drives each test, its constant and what the controls disagree by with it."""
-    own = of_tests[: len(of_tests) - len(drift_of(data, of_tests))]
+    constants = of_tests[: int(data.has_constants)]
+    own = np.concatenate([constants, shares_of(data, of_tests)])
     if not np.any(own):
         return data.inputs
     key = own.tobytes()

@@ -19,7 +19,7 @@ from shakerproc.diagnosis.estimation.columns import (
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
-from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
+from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of, without_offsets
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, predict
@@ -28,6 +28,10 @@ from shakerproc.errors import ModelError
 
 STEP: Final = 3e-4
 """Least change of a coordinate for slopes: the engine's 1e-5 makes them right to 3 % [-]."""
+
+IN_STEP: Final = 0.01
+"""Phase by which a change of a coordinate may shift the end of a window, where slopes are to be
+straight: of a decay of a hundred periods `STEP` shifts it ten times as far [rad]."""
 
 FARTHEST_STEP: Final = 1e-2
 """Change of a coordinate for slopes where nothing is known of how far it will move: where a
@@ -88,8 +92,8 @@ class Linearisation:
     ) -> None:
         self.data, self.hypothesis, self.windows = data, hypothesis, windows
         self._plain = plain
-        self._fine, self.step = fine, FINE_STEP if fine else STEP
-        self._tolerance = FINE if fine else TOLERANCE
+        self._fine, self.step = fine, FINE_STEP if fine else _step_of(data, windows)
+        self._tolerance = FINE if fine else TOLERANCE * self.step / STEP
         self.stacks = data.stacks(windows)
         self.low, self.high = hypothesis.bounds()
         self.correlation = 1.0
@@ -114,9 +118,11 @@ class Linearisation:
 
     def point(self, x: FloatArray, channels: Channels) -> Point:
         """Return a point at which windows begin as was measured."""
-        starts = None
+        starts, table = None, self.windows.table
         if not self.windows.from_rest:
-            starts = completed(self.data, self.hypothesis.model_at(x), self.windows.table)
+            own = as_free(self.data, channels[2])
+            starts = completed(self.data, self.hypothesis.model_at(x), table)
+            starts = without_offsets(self.data, table, own, starts)
         return self.point_with(x, channels, starts)
 
     def point_with(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:
@@ -298,3 +304,15 @@ class Linearisation:
             rows[(here.failed | there.failed)[stack.members]] = 0.0
             found.append(rows)
         return found
+
+
+def _step_of(data: DataSet, windows: Windows) -> float:
+    """Return the change of coordinates for slopes [-].
+
+    A share s of a stiffness shifts the phase by pi s in each period that nothing locks to a
+    start at rest.
+    """
+    if windows.from_rest or not len(windows.table):
+        return STEP
+    longest = float(np.max(windows.table[:, 2])) / data.tests[0].sample_rate
+    return min(STEP, IN_STEP / (np.pi * max(1.0, longest * data.frequency)))

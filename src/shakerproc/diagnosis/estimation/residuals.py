@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.of_tests import as_free, inputs_with, models_with
+from shakerproc.diagnosis.estimation.of_tests import (
+    as_free,
+    inputs_with,
+    models_with,
+    offsets_in,
+    without_offsets,
+)
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.nudged.motion import begun, held_to
 from shakerproc.models import Model
@@ -79,14 +85,19 @@ def predict(
         If the model cannot be assembled.
     """
     own = as_free(data, np.zeros((0, 0)) if of_tests is None else of_tests)
-    held = held_to(data, model, windows)
+    shares = offsets_in(data, own)
+    held = held_to(data, model, windows, data.offsets.moved(shares))
     if held is not None:
         starts = begun(data, model, windows.table)
+        starts = without_offsets(data, windows.table, own, starts)
     runs = Runs(inputs_with(data, own), windows.table, starts, held=held)
     means = evened or not data.points
     models = models_with(data, model, own)
     found = _free_runs(models, runs, means=means, plain=plain, tolerance=tolerance)
-    outputs = found.outputs
+    shown = data.offsets.shown(shares, data.n_sensors)[:, windows.table[:, 0]]
+    outputs = tuple(
+        rows + own[:, None] for rows, own in zip(found.outputs, shown.T, strict=True)
+    )
     if evened and data.points:
         jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])
         outputs = tuple(_centred(rows, jumps) for rows in outputs)

@@ -51,7 +51,8 @@ def with_starts_fitted(
     near : (n_windows, n_motions) array, optional
         Starts that are off by no more than noise, to begin with; the measured ones.
     """
-    if windows.run_in is None and not data.differing:
+    apart = data.differing or bool(data.offsets.sensors)
+    if windows.run_in is None and not apart:
         return replace(found, windows=windows, starts=None)
     if near is not None and windows.run_in and (data, windows) not in found.settled:
         return _with_starts(data, found, windows, windows.run_in, near)
@@ -61,8 +62,10 @@ def with_starts_fitted(
             own = replace(found, windows=windows, starts=None)
         else:
             own = _with_starts(data, found, windows, windows.run_in, None)
-        if own is not None and data.differing:
+        if own is not None and apart:
             own = with_tests_fitted(data, own, found.windows)
+            if windows.run_in is not None and data.offsets.sensors:  # starts lie elsewhere now
+                own = _with_starts(data, own, windows, windows.run_in, own.starts)
         found.settled[data, windows] = own
     return found.settled[data, windows]
 

@@ -16,15 +16,29 @@ from shakerproc.simulation import Held, largest_states
 from shakerproc.simulation.assembly import System, assemble
 
 
-def held_to(data: DataSet, model: Model, windows: Windows) -> Held | None:
-    """Return what runs of a model are held to in all tests; None where they are free."""
+def held_to(data: DataSet, model: Model, windows: Windows, off: FloatArray) -> Held | None:
+    """Return what runs of a model are held to in all tests; None where they are free.
+
+    Parameters
+    ----------
+    data, model, windows
+        As for `residuals.predict`.
+    off : (n_tests, n_coordinates) array
+        By how much coordinates seem to lie off, by the offsets of sensors [m].
+    """
     if windows.rate is None:
         return None
-    places = assemble(model).places
-    return Held(
-        windows.rate, _measured(data, seen_of(model)), seen_by(seen_of(model), places),
-        windows.lead,
-    )  # fmt: skip
+    places, seen = assemble(model).places, seen_of(model)
+    measured = _measured(data, seen)
+    if np.any(off):
+        shown = off @ _sees(data, seen)[:, : off.shape[1]].T
+        measured = tuple(rows - own[:, None] for rows, own in zip(measured, shown, strict=True))
+    return Held(windows.rate, measured, seen_by(seen, places), windows.lead)
+
+
+def _sees(data: DataSet, seen: Seen) -> FloatArray:
+    n, alone = data.model.n_coordinates, coordinates_of(data.model, ())
+    return seen_by(seen, {at: alone.at(at)[:n] for at in data.model.moving})
 
 
 _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionary()
@@ -32,8 +46,7 @@ _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionar
 
 def _measured(data: DataSet, seen: Seen) -> tuple[FloatArray, ...]:
     if data not in _MEASURED:
-        n, alone = data.model.n_coordinates, coordinates_of(data.model, ())
-        sees = seen_by(seen, {at: alone.at(at)[:n] for at in data.model.moving})
+        sees = _sees(data, seen)
         _MEASURED[data] = tuple(sees @ motion for motion in data.motions)
     return _MEASURED[data]
 

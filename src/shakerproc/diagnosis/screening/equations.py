@@ -61,7 +61,7 @@ class Equations:
     nuisances : (n_nuisances, n_blocks, n_rows) array
         What 1 % of gain and 20 us of delay of each sensor would show, whitened.
     n_numbers : int
-        How many independent numbers the residual holds.
+        How many independent numbers the residual holds; 1 where it holds none.
     """
 
     linear: LinearModel
@@ -131,6 +131,7 @@ def equations_of(
     owners = np.repeat([s.test for s in stretches], [s.n_blocks for s in stretches])
     weights = _weights(linear, [tests[i] for i in owners], measured, frequency, block)
     basis = _orthonormal(linear.leftovers(frequency, block, rate), weights)
+    taken = int(np.count_nonzero(np.any(basis != 0.0, axis=1)))
     return Equations(
         linear=linear,
         tests=tuple(tests),
@@ -141,8 +142,7 @@ def equations_of(
         leftovers=basis,
         residual=without(basis, _rows(unexplained * weights)),
         nuisances=without(basis, _rows(_sensor_errors(measured, frequency) * weights)),
-        n_numbers=2 * int(np.count_nonzero(weights))
-        - int(np.count_nonzero(np.any(basis != 0.0, axis=1))),
+        n_numbers=max(1, 2 * int(np.count_nonzero(weights)) - taken),
     )
 
 

@@ -14,6 +14,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.screening.laws import Law
 from shakerproc.diagnosis.screening.refining import completed_by
+from shakerproc.diagnosis.screening.regression import surely
 from shakerproc.diagnosis.screening.shared import Screening, screening_of
 from shakerproc.diagnosis.screening.smoothing import Smoothed, smoothed
 from shakerproc.diagnosis.screening.transfer import Joint
@@ -164,9 +165,9 @@ def _fitted(screening: Screening, joint: Joint, axes: tuple[Axis, Axis]) -> Free
         effect=_table(axes, found),
         stiffness=stiffness,
         damping=damping,
-        explained=1.0 - found.left / regression.cost,
-        predicted=float(gained.sum() / before.sum()),
-        t=float(gained.sum() / max(gained.std(ddof=1) * np.sqrt(gained.size), 1e-300)),
+        explained=1.0 - found.left / max(regression.cost, 1e-300),
+        predicted=float(gained.sum() / max(before.sum(), 1e-300)),
+        t=float(surely(gained)),
         left=found.left / equations.n_numbers,
     )
 

@@ -95,6 +95,22 @@ class _Products:
         return np.asarray(gain - amplitude**2 * self.own[0])
 
 
+def surely(gained: FloatArray) -> FloatArray:
+    """Return sums of gains over their standard error, (...) array [-].
+
+    0 of one block, whose scatter is not known.
+
+    Parameters
+    ----------
+    gained : (n_blocks, ...) array
+        By block.
+    """
+    if len(gained) < 2:
+        return np.zeros(gained.shape[1:])
+    scatter = gained.std(axis=0, ddof=1) * np.sqrt(len(gained))
+    return np.asarray(gained.sum(axis=0) / np.maximum(scatter, _TINY))
+
+
 @final
 class Regression:
     """A residual and common columns, ready for more columns.
@@ -169,14 +185,12 @@ class Regression:
         left = np.sum(self._power) - whole.lowered(amplitude, common)
         folds = [self._left_out(products, block, signs) for block in blocks]
         gained = np.stack([fold[0] for fold in folds])
-        alone = len(blocks) < 2  # and no scatter is known
-        scatter = np.inf if alone else gained.std(axis=0, ddof=1) * np.sqrt(len(blocks))
         return Gains(
             amplitude=amplitude / size,
             common=common / self._size,
-            explained=1.0 - left / max(self.cost, _TINY),
+            explained=1.0 - np.maximum(left, 0.0) / max(self.cost, _TINY),
             predicted=gained.sum(axis=0) / max(sum(fold[1] for fold in folds), _TINY),
-            t=gained.sum(axis=0) / np.maximum(scatter, _TINY),
+            t=surely(gained),
         )
 
     def together(self, columns: FloatArray) -> FloatArray:

@@ -21,8 +21,16 @@ LONGEST_BLOCK: Final = 2**12
 SHORTEST_BLOCK: Final = 2**7
 """Samples of the smallest block that still has a spectrum worth the name [-]."""
 
+FEWEST_BINS: Final = 8
+"""Bins of the compared band that a block tells apart, at least: what is left over from before
+the block takes two for each mass [-]."""
+
 FEWEST_BLOCKS: Final = 12
 """Blocks wanted for a cross-validation [-]."""
+
+
+EDGE: Final = 0.125
+"""Share of a test at either end that is left out of it, at most [-]."""
 
 
 @final
@@ -75,7 +83,8 @@ def stretches_of(
     """
     lengths = [test.stop - test.start for test in tests]
     total = min(max(MOST_SAMPLES // n_sensors, FEWEST_SAMPLES), sum(lengths))
-    block = block_length(total, min(lengths))
+    bins = max(FEWEST_BINS * test.sample_rate / np.ptp(test.band) for test in tests)
+    block = block_length(total, min(lengths), round(bins))
     parts = [_inner_part(test, block) for test in tests]
     moves = [float(np.mean(m[p] ** 2)) for p, m in zip(parts, motion, strict=True)]
     order = sorted(range(len(tests)), key=lambda i: -moves[i])
@@ -94,17 +103,21 @@ def stretches_of(
     )
 
 
-def block_length(total: int, shortest: int) -> int:
-    """Return the samples of a block, of which `total` and the shortest test hold enough."""
+def block_length(total: int, shortest: int, resolving: int) -> int:
+    """Return the samples of a block, of which `total` holds enough, and the shortest test one.
+
+    `resolving` are the samples that tell enough of its bins apart.
+    """
+    wanted = max(SHORTEST_BLOCK, resolving, total // FEWEST_BLOCKS)
     block = LONGEST_BLOCK
-    while block > max(SHORTEST_BLOCK, min(total // FEWEST_BLOCKS, shortest)):
+    while block > min(wanted, (1.0 - 2.0 * EDGE) * shortest):
         block //= 2
     return block
 
 
 def _inner_part(test: Test, block: int) -> slice:
     """Return the part of a test that is half a block away from where it breaks off."""
-    edge = min(block // 2, (test.stop - test.start) // 8)
+    edge = min(block // 2, int(EDGE * (test.stop - test.start)))
     return slice(test.start + (0 if test.at_rest else edge), test.stop - edge)
 
 

@@ -1,0 +1,83 @@
+"""Offsets of sensors that a test is too short to tell: each test's own, fitted with the rest.
+
+The mean of a recording is the offset of its sensor only to the mean of the motion. That is none
+in a minute; in half a second, or where friction lets a mass rest beside its place, a gap around
+a wrong zero is a gap with two clearances.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import Test
+from shakerproc.models import BASE, Model
+from shakerproc.models.coordinates import coordinates_of
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Offsets:
+    """Sensors whose offset in some test is known worse than a sample of it.
+
+    Attributes
+    ----------
+    sensors : tuple of int
+        Which.
+    sizes : (n_offsets, n_tests) array
+        Rms of their responses, which offsets are compared with [unit of the sensor].
+    spread : (n_offsets, n_tests) array
+        Standard deviation of each over that [-].
+    moves : (n_coordinates, n_offsets) array
+        By how much coordinates lie elsewhere by unit offsets: those of displacements [m/m].
+    """
+
+    sensors: tuple[int, ...]
+    sizes: FloatArray
+    spread: FloatArray
+    moves: FloatArray
+
+    def shown(self, shares: FloatArray, n_sensors: int) -> FloatArray:
+        """Return what sensors show of offsets, (n_sensors, n_tests) [unit of the sensor]."""
+        found = np.zeros((n_sensors, self.sizes.shape[1]))
+        found[list(self.sensors)] = shares * self.sizes
+        return found
+
+    def moved(self, shares: FloatArray) -> FloatArray:
+        """Return how far coordinates seem to lie off, (n_tests, n_coordinates) array [m]."""
+        return np.asarray((self.moves @ (shares * self.sizes)).T)
+
+
+def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
+    """Return the offsets that are to be fitted; none where a displacement is imposed.
+
+    Those of displacements: laws count from where a mass rests.
+    """
+    error = np.array([test.offset_error for test in tests]).T
+    noise = np.array([test.noise for test in tests]).T
+    placed = [] if model.excitation.imposed else _placed(model)
+    chosen = tuple(i for i in placed if np.any(error[i] > noise[i]))
+    sizes = np.array([
+        [np.sqrt(np.mean(test.responses[i] ** 2)) for test in tests] for i in chosen
+    ]).reshape(-1, len(tests))
+    spread = np.maximum(error, noise)[list(chosen)] / np.maximum(sizes, 1e-300)
+    return Offsets(chosen, sizes, spread, _moves(model, chosen))
+
+
+def _moves(model: Model, chosen: Sequence[int]) -> FloatArray:
+    """Return what unit offsets of sensors do to coordinates, (n_coordinates, n) array."""
+    n, sensors, placed = model.n_coordinates, list(model.sensors.values()), _placed(model)
+    alone = coordinates_of(model, ())
+    sees = np.reshape([alone.at(sensors[i].at)[:n] for i in placed], (-1, n))
+    return np.asarray(np.linalg.pinv(sees)[:, [placed.index(i) for i in chosen]])
+
+
+def _placed(model: Model) -> list[int]:
+    """Return the sensors that tell where a mass is."""
+    return [
+        i
+        for i, sensor in enumerate(model.sensors.values())
+        if sensor.at != BASE and sensor.measures.endswith("displacement")
+    ]
