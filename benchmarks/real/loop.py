@@ -101,7 +101,10 @@ def _turn(folder: Path, model: Path, number: int, limit: int) -> tuple[Round, Pa
     turn.error_before = _error(model, log)
     if turn.verdict != "effect found":
         return turn, None
-    for i, effect in enumerate(turn.effects):
+    joined = [
+        effect for effect in turn.effects if effect.get("between")
+    ]  # no fault of a channel
+    for i, effect in enumerate(joined):
         new = folder / f"model_{number}{'abc'[i]}.yaml"
         added = steps.add(effect, model, log, new)
         if added.failure:
