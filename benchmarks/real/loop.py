@@ -47,8 +47,15 @@ class Round:
 
 
 def judge(folder: Path, *, rounds: int, limit: int = steps.LIMIT_S) -> list[Round]:
-    """Return the turns of the loop on a set, until nothing more is named."""
+    """Return the turns of the loop on a set, until nothing more is named.
+
+    A set with a log `modal.yaml` has a model of the modes that are found by it, in `modal`.
+    """
     found, model = [], folder / "model.yaml"
+    if (folder / "modal.yaml").exists() and (
+        step := steps.modal(folder / "modal.yaml")
+    ).failure:
+        return [Round(seconds=step.seconds, failure=step.failure)]
     for number in range(1, rounds + 1):
         turn, new = _turn(folder, model, number, limit)
         found.append(turn)
@@ -94,7 +101,10 @@ def _turn(folder: Path, model: Path, number: int, limit: int) -> tuple[Round, Pa
     turn.error_before = _error(model, log)
     if turn.verdict != "effect found":
         return turn, None
-    for i, effect in enumerate(turn.effects):
+    joined = [
+        effect for effect in turn.effects if effect.get("between")
+    ]  # no fault of a channel
+    for i, effect in enumerate(joined):
         new = folder / f"model_{number}{'abc'[i]}.yaml"
         added = steps.add(effect, model, log, new)
         if added.failure:

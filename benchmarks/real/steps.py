@@ -32,6 +32,13 @@ class Step:
     failure: str
 
 
+def modal(log: Path) -> Step:
+    """Look for the modes of the tests of a log; they are written beside it."""
+    target, out = log.with_suffix(".modes.json"), log.with_suffix("")
+    command = ["-m", "shakerproc", "modal", str(log), "--json", str(target)]
+    return _run([*command, "--out", str(out), "--no-figures"], target, LIMIT_S)
+
+
 def diagnose(model: Path, log: Path, *, limit: int = LIMIT_S) -> Step:
     """Ask which effect is missing."""
     target = model.with_suffix(".diagnosis.json")

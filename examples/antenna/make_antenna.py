@@ -54,7 +54,8 @@ def antenna() -> Structure:
         StructureMode(f, DAMPING_RATIO if f else 0.0, tuple(shape))
         for f, shape in zip(frequencies, shapes.T, strict=True)
     )
-    return Structure(tuple(POINTS), tuple(modes))
+    positions = {name: (x, y, 0.0) for name, (x, y) in POINTS.items()}
+    return Structure(tuple(POINTS), tuple(modes), positions=positions)
 
 
 def on_feet(title: str, stiffness: tuple[float, float, float], *more: Element) -> Model:

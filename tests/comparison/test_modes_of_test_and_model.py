@@ -9,9 +9,12 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 from tests.in_process import completed
 
-from shakerproc.comparison.modes import NaturalModes, natural_modes, paired
+from shakerproc.comparison.document import mode_tables, modes_document
+from shakerproc.comparison.modes import NaturalModes, beside_model, natural_modes, paired
 from shakerproc.modal import mac
 from shakerproc.models import EFFECTS, Element, Excitation, Model
+from shakerproc.models.structure import Structure, StructureMode
+from shakerproc.report.evidence.modes import mode_sections
 
 MASSES, SPRINGS = np.array([0.5, 0.8, 0.3]), np.array([2e5, 3e5, 1e5])
 
@@ -113,3 +116,75 @@ tests:
         assert difference == pytest.approx(100.0 * (frequency / measured - 1.0), abs=0.05)
         assert difference > 0.0
         assert alike > 0.8
+
+
+def beam_modes(shapes, frequencies, sensors, positions=()):
+    """Modes of a test, as the analysis returns them, of sensors at the tips of a comb."""
+    where = positions or (None,) * len(sensors)
+    found = SimpleNamespace(
+        shapes=np.array(shapes, complex), frequency=np.array(frequencies),
+        damping=np.full(len(frequencies), 0.01),
+    )  # fmt: skip
+    return SimpleNamespace(
+        modes=found, sensor_names=list(sensors), positions=where,
+        directions=(None,) * len(sensors), wireframe=None, band=(20.0, 400.0),
+    )  # fmt: skip
+
+
+X = np.linspace(0.0, 1.0, 7)
+PLUCKED = np.sin(np.pi * np.outer([1, 2, 3], X[1:-1]))
+"""Modes of a taut string at its five inner points."""
+
+
+def string(**said):
+    points = tuple(f"p{i}/z" for i in range(1, 6))
+    modes = [StructureMode(50.0 * n, 0.01, tuple(PLUCKED[n - 1]), 0.0) for n in (1, 2, 3)]
+    body = Structure(points, tuple(modes), "z", **said)
+    return Model("string", {}, (), Excitation("force", "p2/z"), {}, structures={"s": body})
+
+
+def test_measured_shapes_are_expanded_to_points_without_a_sensor():
+    """The string is 3 % heavier than its model: all frequencies lower, the shapes the same."""
+    places = {f"s{i}": f"p{i}/z" for i in (1, 2, 4, 5)}
+    rows = [int(place[1]) - 1 for place in places.values()]
+    positions = {f"p{i}": (float(x), 0.0, 0.0) for i, x in enumerate(X[1:-1], 1)}
+    test = beam_modes(PLUCKED[:, rows], [49.0, 98.0, 147.0], list(places))
+    found = beside_model(string(positions=positions), test, places, "1")
+    assert found.shapes.points == ("p1/z", "p2/z", "p3/z", "p4/z", "p5/z")
+    for n, pair in enumerate(found.pairs):
+        test_shape, model_shape = found.shapes.of_pair(pair)
+        alike = test_shape.real @ PLUCKED[n] / np.linalg.norm(PLUCKED[n])
+        assert abs(alike) == pytest.approx(np.linalg.norm(test_shape), rel=1e-9)
+        assert_allclose(model_shape, test_shape, atol=1e-9)
+        assert pair.missed < 1e-9
+    geometry = found.shapes.geometry
+    assert geometry.scaled
+    assert_allclose(np.diff(geometry.rest[:, 0]), 0.25)  # evenly along the string
+    assert "expanded to 5 points by modes of the model" in found.shapes.sentence
+    table = mode_tables(found)["mode_shapes.csv"]
+    assert table["point"][2] == "p3/z"
+    assert abs(table["test"][2]) == pytest.approx(1.0)
+    assert modes_document(found)["pairs"][0]["expansion_left_out"] < 1e-9
+
+
+def test_a_shape_that_the_model_does_not_have_is_told_as_a_guess():
+    """Points that move to and fro by turns: no mode tells one of them from the others."""
+    places = {f"s{i}": f"p{i}/z" for i in range(1, 6)}
+    test = beam_modes([[1.0, -1.0, 1.0, -1.0, 1.0]], [120.0], list(places))
+    found = beside_model(string(), test, places, "1")
+    (pair,) = (one for one in found.pairs if one.measured_hz is not None)
+    assert pair.left_out > 1.0
+    assert "a guess" in found.shapes.sentence
+    assert not found.shapes.geometry.scaled
+
+
+def test_the_page_draws_both_shapes_of_a_pair_moving():
+    places = {f"s{i}": f"p{i}/z" for i in (1, 2, 4, 5)}
+    rows = [int(place[1]) - 1 for place in places.values()]
+    test = beam_modes(PLUCKED[:2, rows], [49.0, 98.0], list(places))
+    (section,) = mode_sections(beside_model(string(), test, places, "1"))
+    titles = [figure.title for figure in section.figures]
+    assert titles == ["Test: 49 Hz", "Model: 50 Hz", "Test: 98 Hz", "Model: 100 Hz",
+                      "Model: 150 Hz", "MAC"]  # fmt: skip
+    assert all("<animate" in figure.drawing for figure in section.figures[:-1])
+    assert mode_sections(None) == []

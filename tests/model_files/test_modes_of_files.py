@@ -22,12 +22,13 @@ excitation: {{base: acceleration}}
 NODES = "nodes: {left: 11 z, middle: 12 z, right: 13 z}\n"
 
 
-def model_of(folder, name, structure=None):
+def model_of(folder, name, structure=None, driven="{base: acceleration}"):
     """Read a model of the structure that a file holds, or that a structure file describes."""
     if structure is not None:
         (folder / "beam.yaml").write_text(f"structure: 1\nmodes_from: {name}\n{structure}")
         name = "beam.yaml"
-    (folder / "model.yaml").write_text(MODEL.format(file=name))
+    text = MODEL.format(file=name).replace("{base: acceleration}", driven)
+    (folder / "model.yaml").write_text(text)
     return read_model(folder / "model.yaml").structures["beam"]
 
 
@@ -43,22 +44,20 @@ def table(folder, **changed):
     (folder / "modes.csv").write_text("\n".join(lines) + "\n")
 
 
-def uff(folder, modal_mass=1.0, **changed):
+def uff(folder, modal_mass=1.0, without=(), **changed):
     """Written by pyuff, with shapes for another modal mass than 1."""
     file = pyuff.UFF(str(folder / "modes.unv"))
     zero = np.zeros(3)
     for i, (frequency, shape) in enumerate(zip(FREQUENCIES, SHAPES, strict=True), 1):
-        file.write_sets(
-            {
-                "type": 55, "id1": "x", "id2": "x", "id3": "x", "id4": "x", "id5": "x",
-                "model_type": 1, "analysis_type": 2, "data_ch": 3, "spec_data_type": 8,
-                "data_type": 2, "n_data_per_node": 6, "load_case": 1, "mode_n": i,
-                "freq": frequency + 1e-5, "modal_m": modal_mass, "modal_damp_vis": 0.01,
-                "modal_damp_his": 0.0, "node_nums": [11, 12, 13], "r1": zero, "r2": zero,
-                "r3": shape * np.sqrt(modal_mass), "r4": zero, "r5": zero, "r6": zero, **changed,
-            },
-            "add",
-        )  # fmt: skip
+        content = {
+            "type": 55, "id1": "x", "id2": "x", "id3": "x", "id4": "x", "id5": "x",
+            "model_type": 1, "analysis_type": 2, "data_ch": 3, "spec_data_type": 8,
+            "data_type": 2, "n_data_per_node": 6, "load_case": 1, "mode_n": i,
+            "freq": frequency + 1e-5, "modal_m": modal_mass, "modal_damp_vis": 0.01,
+            "modal_damp_his": 0.0, "node_nums": [11, 12, 13], "r1": zero, "r2": zero,
+            "r3": shape * np.sqrt(modal_mass), "r4": zero, "r5": zero, "r6": zero, **changed,
+        }  # fmt: skip
+        file.write_sets({k: v for k, v in content.items() if k not in without}, "add")
 
 
 def punch(folder):
@@ -109,11 +108,52 @@ def test_a_punch_file_takes_damping_and_unit_of_mass_from_the_structure_file(tmp
     assert_allclose(tonnes.shapes.T, SHAPES / np.sqrt(1000.0), rtol=1e-6)
 
 
+def test_complex_modes_of_a_test_are_scaled_by_their_modal_a(tmp_path):
+    """The receptance between two nodes is that of the mass-normalised modes in closed form."""
+    frequency, damping, phi = 40.0, 0.02, np.array([0.3, -0.5, 0.8])
+    omega = 2.0 * np.pi * frequency
+    pole = omega * (-damping + 1j * np.sqrt(1.0 - damping**2))
+    psi = phi / 0.8
+    lines = 2.0 * np.pi * np.linspace(30.0, 50.0, 41)
+    true = phi[0] * phi[1] / (omega**2 - lines**2 + 2j * damping * omega * lines)
+    modal_a = 2j * pole.imag / 0.8**2
+    fraction = psi[0] * psi[1] / (modal_a * (1j * lines - pole))
+    mirrored = psi[0] * psi[1] / (np.conj(modal_a) * (1j * lines - np.conj(pole)))
+    assert_allclose(fraction + mirrored, true, rtol=1e-9)  # what modal A means
+    zero = np.zeros(3, complex)
+    scaled = {"eig": pole, "modal_a": modal_a, "r1": zero, "r2": zero, "r3": psi + 0j}
+    uff(tmp_path, without=("r4", "r5", "r6"), **COMPLEX, **scaled)
+    structure = model_of(tmp_path, "modes.unv", NODES, driven="{force on: left}")
+    assert_allclose(structure.modes[0].shape, phi, rtol=1e-5)
+    assert structure.modes[0].frequency == pytest.approx(frequency, rel=1e-5)
+    assert structure.modes[0].damping_ratio == pytest.approx(damping, rel=1e-4)
+
+
+def test_points_of_a_universal_file_are_where_its_nodes_are(tmp_path):
+    uff(tmp_path)
+    pyuff.UFF(str(tmp_path / "modes.unv")).write_sets(
+        {
+            "type": 2411, "grid_global": [[n, 0, 0, 0, 0.1 * n, 0.0, 0.5] for n in (11, 12, 13)],
+            "node_nums": [11, 12, 13], "def_cs": [0, 0, 0], "disp_cs": [0, 0, 0],
+            "color": [1, 1, 1], "x": [1.1, 1.2, 1.3], "y": [0.0] * 3, "z": [0.5] * 3,
+        },
+        "add",
+    )  # fmt: skip
+    structure = model_of(
+        tmp_path, "modes.unv", f"{NODES}positions: {{middle: [7 mm, 0 m, 0 m]}}\n"
+    )
+    assert_allclose(structure.position_of("left"), (1.1, 0.0, 0.5), rtol=1e-6)
+    assert structure.position_of("middle") == (0.007, 0.0, 0.0)  # what is written counts
+
+
+COMPLEX = {"analysis_type": 3, "data_type": 5, "n_data_per_node": 3, "modal_b": 1j}
 REFUSED = [
     (table, {"damping_ratio": [0.0, "x", 0.01]}, "modes.csv", None, r"modes\.csv:3: expected a number for 'damping_ratio', got 'x'"),
     (lambda folder: (folder / "modes.csv").write_text("left,right\n1,2\n"), {}, "modes.csv", None, r"modes\.csv: expected a table with a row for each mode"),
     (uff, {}, "modes.unv", "nodes: {left: 14 z, middle: 12 z, right: 13 z}\n", r'beam\.yaml:3:8: nodes: modes\.unv has no place "14/z"; it has 11/x'),
-    (uff, {"analysis_type": 3, "eig": 1j, "modal_a": 1j, "modal_b": 1j}, "modes.unv", NODES, r"modes\.unv: no data set 55 with normal modes \(complex ones are not read\)"),
+    (uff, COMPLEX | {"eig": -1 + 100j, "modal_a": 0j}, "modes.unv", NODES, r"modes\.unv: mode 1 has no modal A, so that its shape is not scaled\. Measure force and acceleration in one place"),
+    (uff, COMPLEX | {"eig": -1 + 100j, "modal_a": 200.0}, "modes.unv", NODES, r"modes\.unv: mode 1 at 15\.92 Hz is real to 50% only"),
+    (uff, {"analysis_type": 5, "freq_step_n": 1}, "modes.unv", NODES, r"modes\.unv: no data set 55 with normal or complex modes"),
     (uff, {"modal_mass": 1.0, "modal_m": 0.0}, "modes.unv", NODES, r"modes\.unv: mode 1 is complex or has no modal mass"),
     (punch, {}, "modes.pch", NODES, r"beam\.yaml:2:13: modes_from: modes\.pch holds no damping; state damping_ratio"),
     (punch, {}, "modes.op2", NODES, r"beam\.yaml:2:13: modes_from: no reader for .*\.csv"),

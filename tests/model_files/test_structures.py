@@ -202,3 +202,29 @@ def test_a_mode_beyond_half_the_sample_rate_is_refused(tmp_path):
         ModelError, match="mode 3 of beam at 120 Hz lies beyond half the sample"
     ):
         check_sampled(model, 239.0)
+
+
+def test_positions_are_read_written_and_refused_without_their_point(tmp_path):
+    positions = "positions: {left: [0 mm, 0 mm, 0 mm], right: [400 mm, 0 mm, 25 mm]}\n"
+    model = read_model(written(tmp_path, body=BODY + positions))
+    structure = model.structures["beam"]
+    assert structure.position_of("right") == (0.4, 0.0, 0.025)
+    assert structure.position_of("middle") is None
+    write_model(model, tmp_path / "again.yaml")
+    assert read_model(tmp_path / "again.yaml").structures["beam"] == structure
+    with pytest.raises(DocumentError, match=r'beam\.yaml:8:13: .*positions.*: no point "tip"'):
+        read_model(written(tmp_path, body=BODY + "positions: {tip: [0 m, 0 m, 0 m]}\n"))
+
+
+def test_directions_of_a_point_share_its_position(tmp_path):
+    body = BODY.replace("[left, middle, right]", "[foot/x, foot/-z, right/z]") + (
+        "direction: z\npositions: {foot: [1 m, 2 m, 3 m]}\n"
+    )
+    structure = read_model(
+        written(tmp_path, MODEL.replace("left", "foot/x").replace("right", "right/z")
+                .replace("middle", "foot/-z").replace("{base: acceleration}", "{force on: foot/x}"), body)
+    ).structures["beam"]  # fmt: skip
+    assert (
+        structure.position_of("foot/x") == structure.position_of("foot/-z") == (1.0, 2.0, 3.0)
+    )
+    assert structure.direction_of("foot/-z") == (0.0, 0.0, -1.0)

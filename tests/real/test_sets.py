@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from configs.benchmarks import convert
+from tests.in_process import run
 
 import shakerproc
 from shakerproc.model_files import read_model
@@ -71,7 +72,7 @@ def test_every_set_has_a_log_and_a_model():
 
 
 def test_the_model_of_a_set_is_read(tmp_path):
-    for name in ("silverbox", "bouc_wen", "emps", "shaking_table", "base_isolation", "f16"):
+    for name in ("silverbox", "bouc_wen", "emps", "shaking_table", "base_isolation"):
         model = read_model(convert.HERE / name / "model.yaml")
         assert model.sensors
 
@@ -79,3 +80,34 @@ def test_the_model_of_a_set_is_read(tmp_path):
 def test_a_set_whose_recordings_are_absent_is_said(tmp_path):
     with pytest.raises(FileNotFoundError, match="silverbox"):
         convert.folder_of("silverbox", tmp_path, tmp_path / "nothing")
+
+
+@pytest.mark.shared
+@pytest.mark.slow
+@pytest.mark.long
+def test_modes_of_an_aircraft_are_a_structure_that_answers_as_it_does(shared, tmp_path):
+    """Response functions summed here from the structure, against the averaged periods."""
+    folder = convert.folder_of("f16", tmp_path, shared / "data")
+    out = folder / "modal"
+    assert run("modal", folder / "modal.yaml", "--out", out, "--no-figures") == 0
+    structure = read_model(folder / "model.yaml").structures["aircraft"]
+    frequencies = [mode.frequency for mode in structure.modes]
+    for published in (5.2, 7.3):
+        assert min(abs(f - published) for f in frequencies) < 0.05
+    held = np.load(folder / "recordings" / "level1.npz")
+    spectra = {
+        name: np.fft.rfft(held[name].reshape(9, -1)[1:].mean(axis=0))
+        for name in ("force", "wing", "payload")
+    }
+    lines = np.fft.rfftfreq(8192, 1.0 / 400.0)
+    band = (lines >= 2.0) & (lines <= 15.0)
+    omega = 2.0 * np.pi * lines[band]
+    for row, name in ((1, "wing"), (2, "payload")):
+        said = sum(
+            -(omega**2) * mode.shape[0] * mode.shape[row]
+            / ((2 * np.pi * mode.frequency) ** 2 - omega**2
+               + 4j * np.pi * mode.frequency * mode.damping_ratio * omega)
+            for mode in structure.modes
+        ) * spectra["force"][band]  # fmt: skip
+        measured = spectra[name][band]
+        assert np.linalg.norm(said - measured) < 0.14 * np.linalg.norm(measured)

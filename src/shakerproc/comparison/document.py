@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc.comparison.comparison import Comparison, TestComparison
 from shakerproc.comparison.joints import JointMotion, NotTold, by_range
-from shakerproc.comparison.modes import ComparedModes
+from shakerproc.comparison.modes import ComparedModes, Shapes
 from shakerproc.comparison.refit import Refit
 from shakerproc.comparison.verdict import sentence
 from shakerproc.data import FloatArray
@@ -15,7 +15,7 @@ SCHEMA: Final = "shakerproc-compare/1"
 
 COLUMNS: Final = (
     "test", "excitation", "level", "held_out", "sensor", "error", "noise", "error_time",
-    "error_psd", "psd_db", "error_h1", "coherence_measured_below_model",
+    "error_psd", "psd_db", "error_h1", "frac", "coherence_measured_below_model",
     "peak_hz", "peak_model_hz", "gain", "gain_model",
 )  # fmt: skip
 """Columns of the table of errors; errors are shares of the measured response."""
@@ -31,7 +31,7 @@ def rows_of(comparison: Comparison) -> list[list[object]]:
             rows.append([
                 test.measured.name, log.excitation, log.level_text, log.hold_out, name,
                 e.error, noise if np.isfinite(noise) else None, e.error, e.psd, e.psd_db, e.h1,
-                e.coherence, e.peak_hz, e.peak_model_hz, e.peak_gain, e.peak_model_gain,
+                e.frac, e.coherence, e.peak_hz, e.peak_model_hz, e.peak_gain, e.peak_model_gain,
             ])  # fmt: skip
     return rows
 
@@ -58,6 +58,7 @@ def document_of(comparison: Comparison) -> dict[str, Any]:
 
 MODE_COLUMNS: Final = (
     "measured_hz", "model_hz", "difference_percent", "damping_measured", "damping_model", "mac",
+    "expansion_missed", "expansion_left_out",
 )  # fmt: skip
 """Columns of the table of modes."""
 
@@ -68,7 +69,7 @@ def mode_rows(modes: ComparedModes) -> list[tuple[float | None, ...]]:
         (
             pair.measured_hz, pair.model_hz,
             None if pair.difference is None else 100.0 * pair.difference,
-            pair.measured_damping, pair.model_damping, pair.mac,
+            pair.measured_damping, pair.model_damping, pair.mac, pair.missed, pair.left_out,
         )
         for pair in modes.pairs
     ]  # fmt: skip
@@ -82,7 +83,32 @@ def modes_document(modes: ComparedModes) -> dict[str, Any]:
         "sentence": modes.sentence,
         "pairs": [dict(zip(MODE_COLUMNS, row, strict=True)) for row in mode_rows(modes)],
         "mac": modes.macs.tolist(),
+        "expansion": None if modes.shapes is None else modes.shapes.sentence,
     }
+
+
+def mode_tables(modes: ComparedModes | None) -> dict[str, dict[str, list[Any]]]:
+    """Return the tables of modes and of shapes as columns, by the name of their file."""
+    if modes is None:
+        return {}
+    rows = mode_rows(modes)
+    pairs = {name: [row[i] for row in rows] for i, name in enumerate(MODE_COLUMNS)}
+    if modes.shapes is None:
+        return {"modes.csv": pairs}
+    return {"modes.csv": pairs, "mode_shapes.csv": _shape_columns(modes, modes.shapes)}
+
+
+def _shape_columns(modes: ComparedModes, shapes: Shapes) -> dict[str, list[Any]]:
+    """Return the table of shapes: a row for each pair, or mode without partner, and point."""
+    names = ("measured_hz", "model_hz", "point", "test", "test_imaginary", "model",
+             "model_imaginary")  # fmt: skip
+    rows: list[tuple[object, ...]] = []
+    for pair in modes.pairs:
+        both = shapes.of_pair(pair)
+        for i, point in enumerate(shapes.points):
+            parts = [(None, None) if s is None else (s[i].real, s[i].imag) for s in both]
+            rows.append((pair.measured_hz, pair.model_hz, point, *parts[0], *parts[1]))
+    return {name: [row[i] for row in rows] for i, name in enumerate(names)}
 
 
 def _summary(comparison: Comparison) -> dict[str, Any]:
@@ -150,6 +176,7 @@ def _errors(test: TestComparison, i: int) -> dict[str, Any]:
         "error_psd": e.psd,
         "psd_db": e.psd_db,
         "error_h1": e.h1,
+        "frac": e.frac,
         "coherence_measured_below_model": e.coherence,
         "peak_hz": e.peak_hz,
         "peak_model_hz": e.peak_model_hz,

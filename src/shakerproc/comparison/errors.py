@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shakerproc.comparison.free_run_error import relative_errors
 from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import ComplexArray, FloatArray
+from shakerproc.modal import mac
 from shakerproc.spectra import CrossSpectra, coherence, cross_spectra, h1, psd
 
 LOBE: Final = 4.0
@@ -71,6 +72,9 @@ class SensorErrors:
         Rms over the excited bins of the ratio of the densities [dB].
     h1 : float
         Rms of the difference of the response functions, weighted with the input [-].
+    frac : float or None
+        Frequency response assurance criterion over the excited bins: 1 where the response
+        functions differ by a factor only [-]; None of a single bin.
     coherence : float
         Mean difference of the coherences over the excited bins, model less measurement [-].
     peak_hz, peak_model_hz : float
@@ -85,6 +89,7 @@ class SensorErrors:
     psd: float
     psd_db: float
     h1: float
+    frac: float | None
     coherence: float
     peak_hz: float
     peak_model_hz: float
@@ -181,6 +186,7 @@ def _sensor_errors(prediction: Prediction, pair: Pair, i: int, error: float) -> 
             _norm(np.abs(pair.h1[i] - pair.h1_model[i]) * np.sqrt(pair.input) * lit),
             _norm(gain * np.sqrt(pair.input) * lit),
         ),
+        frac=frac(pair.h1[i, lit], pair.h1_model[i, lit]) if lit.sum() > 1 else None,
         coherence=float(np.mean((pair.coherence_model[i] - pair.coherence[i])[lit])),
         peak_hz=float(pair.frequency[peak]),
         peak_model_hz=float(pair.frequency[peak_model]),
@@ -189,6 +195,31 @@ def _sensor_errors(prediction: Prediction, pair: Pair, i: int, error: float) -> 
         rms=rms,
         rms_model=rms_model,
     )
+
+
+def frac(measured: ComplexArray, model: ComplexArray) -> float:
+    r"""Return the frequency response assurance criterion of two response functions.
+
+    .. math:: FRAC = \frac{|H^H \hat H|^2}{(H^H H)(\hat H^H \hat H)}
+
+    It is the MAC along frequency: 1 where both differ by a factor only.
+
+    Parameters
+    ----------
+    measured, model : (n_lines,) complex array
+        The same lines of both, in any unit [-].
+
+    Returns
+    -------
+    float
+        0 to 1 [-]; 1 of a single line, which tells nothing.
+
+    References
+    ----------
+    .. [1] W. Heylen and S. Lammens, "FRAC: a consistent way of comparing frequency response
+       functions", International Conference on Identification in Engineering, 1996, 48-57.
+    """
+    return float(mac(measured, model)[0, 0])
 
 
 def share(part: float, whole: float) -> float:

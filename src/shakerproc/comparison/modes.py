@@ -1,7 +1,7 @@
-"""Modes of a test and of a model, side by side: frequency, damping, MAC."""
+"""Modes of a test and of a model, side by side: frequency, damping, MAC, expanded shapes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -12,7 +12,10 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ShakerprocError
 from shakerproc.modal import ModeSet, mac
 from shakerproc.modal.analysis import TestModes
+from shakerproc.modal.expansion import Expansion, expanded
 from shakerproc.modal.from_log import analyse_test
+from shakerproc.modal.geometry import Geometry, geometry_of
+from shakerproc.modal.shapes import normalised, scaled_to
 from shakerproc.modal.tracking import LEAST_MAC, MOST_SHIFT, TELLING
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import coordinates_of
@@ -21,6 +24,9 @@ from shakerproc.testlog import TestLog
 FARTHEST: Final = 2.0
 """Ratio of frequencies beyond which shapes alike at the sensors are those of other modes: the
 next family of a beam or plate lies a factor of 2 or more away [-]."""
+
+MOST_POINTS: Final = 2000
+"""Points that shapes are drawn at; of more, those of sensors, joints and forces alone."""
 
 
 @final
@@ -54,6 +60,11 @@ class ModePair:
         Damping ratios [-].
     mac : float or None
         Modal assurance criterion of both shapes at the sensors [-]; None of a single sensor.
+    rows : (int or None, int or None)
+        Number of the mode in the test and near the band of the model, from 0.
+    missed, left_out : float or None
+        What the expansion of the measured shape leaves of the sensors, and of each as predicted
+        from the others; rms over what they measured [-].
     """
 
     measured_hz: float | None
@@ -61,6 +72,9 @@ class ModePair:
     measured_damping: float | None
     model_damping: float | None
     mac: float | None = None
+    rows: tuple[int | None, int | None] = (None, None)
+    missed: float | None = None
+    left_out: float | None = None
 
     @property
     def difference(self) -> float | None:
@@ -68,6 +82,65 @@ class ModePair:
         if self.measured_hz is None or self.model_hz is None:
             return None
         return self.model_hz / self.measured_hz - 1.0
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Shapes:
+    """Shapes of a test, expanded, and of a model, at points of the model.
+
+    Attributes
+    ----------
+    points : tuple of str
+        Their names.
+    of : int
+        How many points the model has.
+    geometry : Geometry
+        Where they are, for a drawing.
+    expansion : Expansion
+        Those of the test.
+    model : (n_model, n_points) complex array
+        Those of the model near the band, in any scale [-].
+    """
+
+    points: tuple[str, ...]
+    of: int
+    geometry: Geometry
+    expansion: Expansion
+    model: ComplexArray
+
+    def of_pair(self, pair: ModePair) -> tuple[ComplexArray | None, ComplexArray | None]:
+        """Return both shapes of a pair, (n_points,), the second scaled to the first.
+
+        Turned to their mean phase, the largest component of that of the test 1 [-].
+        """
+        test, model = (
+            None if row is None else normalised(shapes[[row]])
+            for row, shapes in zip(pair.rows, (self.expansion.shapes, self.model), strict=True)
+        )
+        if test is not None and model is not None:
+            model = scaled_to(model, test)
+        return None if test is None else test[0], None if model is None else model[0]
+
+    @property
+    def sentence(self) -> str:
+        """How well the expansion reproduces the sensors, in the worst mode."""
+        found = self.expansion
+        if not found.missed.size:
+            return ""
+        some = "" if self.of == len(self.points) else f" of {self.of} (sensors and joints)"
+        told = (
+            f"Measured shapes are expanded to {len(self.points)} points{some} by modes of the "
+            f"model (SEREP). They miss the sensors by {found.missed.max():.2g} of their rms at "
+            f"most; sensors that are left out are missed by {found.left_out.max():.2g}."
+        )
+        guessed = int(np.count_nonzero(found.left_out**2 > 0.5))
+        if guessed:
+            told += (
+                f" In {guessed} of {found.left_out.size} modes sensors do not tell half of the "
+                f"power of one that is left out: shapes between the sensors are a guess there."
+            )
+        return told
 
 
 @final
@@ -85,12 +158,15 @@ class ComparedModes:
         By frequency, those without partner among them.
     macs : (n_measured, n_model) array
         MAC of every mode of the test with every mode of the model in the band [-].
+    shapes : Shapes, optional
+        Those of both at the points of the model; None where nothing can be expanded.
     """
 
     test: str
     sensors: tuple[str, ...]
     pairs: tuple[ModePair, ...]
     macs: FloatArray
+    shapes: "Shapes | None" = None
 
     @property
     def sentence(self) -> str:
@@ -178,13 +254,63 @@ def beside_model(
     """
     names = [name for name in found.sensor_names if name in places]
     rows = [found.sensor_names.index(name) for name in names]
-    theirs = natural_modes(model, [places[name] for name in names])
+    seats = {places[name]: row for name, row in zip(names, rows, strict=True)}
+    points, of = _points(model, seats)
+    every = natural_modes(model, [*(places[name] for name in names), *points])
     low, high = found.band
-    inside = (theirs.frequency > low / FARTHEST) & (theirs.frequency < FARTHEST * high)
-    kept = NaturalModes(theirs.frequency[inside], theirs.damping[inside], theirs.shapes[inside])
-    macs = mac(found.modes.shapes[:, rows], kept.shapes)
+    inside = (every.frequency > low / FARTHEST) & (every.frequency < FARTHEST * high)
+    at_sensors, at_points = np.split(every.shapes[inside], [len(names)], axis=1)
+    kept = NaturalModes(every.frequency[inside], every.damping[inside], at_sensors)
+    measured = found.modes.shapes[:, rows]
+    macs = mac(measured, at_sensors)
     pairs = paired(found.modes, kept, macs, len(names), (low, high))
-    return ComparedModes(test, tuple(names), pairs, macs)
+    far = np.abs(np.log(found.modes.frequency[:, np.newaxis] / kept.frequency))
+    for pair in pairs:
+        if None not in pair.rows:
+            far[pair.rows] = -1.0  # the partner first
+    expansion = expanded(measured, at_sensors, at_points, far)
+    if expansion is None:
+        return ComparedModes(test, tuple(names), pairs, macs)
+    geometry = _geometry(model, found, points, seats)
+    shapes = Shapes(points, of, geometry, expansion, at_points)
+    pairs = tuple(_with_expansion(pair, expansion) for pair in pairs)
+    return ComparedModes(test, tuple(names), pairs, macs, shapes)
+
+
+def _with_expansion(pair: ModePair, expansion: Expansion) -> ModePair:
+    row = pair.rows[0]
+    if row is None:
+        return pair
+    missed, left_out = float(expansion.missed[row]), float(expansion.left_out[row])
+    return replace(pair, missed=missed, left_out=left_out)
+
+
+def _points(model: Model, seats: Mapping[str, int]) -> tuple[tuple[str, ...], int]:
+    """Return places of a model to draw shapes at, and how many do not move about an axis."""
+    every = [*model.masses, *(p for one in model.structures.values() for p in one.points)]
+    moving = [place for place in every if "/about " not in place]
+    if len(moving) <= MOST_POINTS:
+        return tuple(moving), len(moving)
+    told = {*seats, *(place for one in model.elements for place in one.between)}
+    told.add(str(model.excitation.on))
+    return tuple(place for place in moving if place in told), len(moving)
+
+
+def _geometry(
+    model: Model, found: TestModes, points: Sequence[str], seats: Mapping[str, int]
+) -> Geometry:
+    """Return points of a model for a drawing, where its structures or else sensors are."""
+    positions, directions = [], []
+    owner = {point: one for one in model.structures.values() for point in one.points}
+    for point in points:
+        body, row = owner.get(point), seats.get(point)
+        where = None if body is None else body.position_of(point)
+        along = None if body is None else body.direction_of(point)
+        if row is not None:
+            where, along = where or found.positions[row], along or found.directions[row]
+        positions.append(where)
+        directions.append(along)
+    return geometry_of(positions, directions, found.wireframe)
 
 
 def _gentlest(log: TestLog, tests: Sequence[Measured]) -> tuple[Measured, TestModes]:
@@ -243,9 +369,11 @@ def paired(
                 float(measured.damping[i]),
                 None if j is None else float(model.damping[j]),
                 None if j is None or n_sensors < 2 else float(macs[i, j]),
+                (i, j),
             )
         )
     for j, frequency in enumerate(model.frequency):
         if j not in partners.values() and band[0] <= frequency <= band[1]:
-            pairs.append(ModePair(None, float(frequency), None, float(model.damping[j])))
+            alone = (None, float(frequency), None, float(model.damping[j]))
+            pairs.append(ModePair(*alone, rows=(None, j)))
     return tuple(sorted(pairs, key=lambda one: one.measured_hz or one.model_hz or 0.0))

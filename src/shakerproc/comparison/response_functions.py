@@ -4,11 +4,6 @@ r"""A model's response functions beside measured ones, line by line.
     e = \sqrt{\frac{\sum \gamma^2 |H - H_\mathrm{meas}|^2}{\sum \gamma^2 |H_\mathrm{meas}|^2}}
 
 with the coherence :math:`\gamma^2` where it was measured, else 1.
-
-References
-----------
-.. [1] W. Heylen and S. Lammens, "FRAC: a consistent way of comparing frequency response
-   functions", International Conference on Identification in Engineering, 1996, 48-57.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +12,7 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.comparison.errors import frac
 from shakerproc.comparison.modes import ComparedModes, beside_model
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import DiagnosisError, ShakerprocError
@@ -68,12 +64,8 @@ class ComparedFunction:
 
     @property
     def frac(self) -> float:
-        """Frequency response assurance criterion, 1 where both differ by a factor only [-]."""
-        shared = np.abs(np.vdot(self.measured, self.model)) ** 2
-        sizes = (
-            np.vdot(self.measured, self.measured).real * np.vdot(self.model, self.model).real
-        )
-        return float(shared / sizes) if sizes > 0.0 else 0.0
+        """Frequency response assurance criterion [-]."""
+        return frac(self.measured, self.model)
 
 
 @final

@@ -3,16 +3,19 @@
 import csv
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ExchangeError
 from shakerproc.exchange.nastran_punch import COMPONENTS, read_modes
+from shakerproc.geometry import Place
+from shakerproc.geometry.data_sets import UffError, data_sets
+from shakerproc.geometry.universal import units_of, wireframe_of
 
 RIGID: Final = 1e-4
 """Frequency up to which a mode is one of a rigid body, over the highest of the file: what
@@ -21,7 +24,12 @@ rounding leaves of zero eigenvalues [-]."""
 _FREQUENCY: Final = "frequency_hz"
 _DAMPING: Final = "damping_ratio"
 _PARTICIPATION: Final = "participation"
-_MODES_55: Final = (2,)  # analysis: normal modes
+_NORMAL, _COMPLEX = 2, 3  # analyses of data set 55 with modes
+
+REAL: Final = 0.8
+"""Least share of a complex shape that is real in the phase of its modal A: consistent-mode
+indicators of 80 % and more are modes identified with high confidence (R. S. Pappa, K. B.
+Elliott and A. Schenk, J. Guidance, Control, Dynamics 16, 852-858, 1993) [-]."""
 
 
 @final
@@ -41,6 +49,8 @@ class ModeTable:
         None where the file has none [-].
     participations : (n_modes,) array, optional
         In a base acceleration; None where the file has none [root of its unit of mass].
+    positions : mapping of str to (x, y, z)
+        Of places, where the file holds nodes with coordinates [m].
     """
 
     places: tuple[str, ...]
@@ -48,6 +58,7 @@ class ModeTable:
     shapes: FloatArray
     damping_ratios: FloatArray | None = None
     participations: FloatArray | None = None
+    positions: Mapping[str, Place] = field(default_factory=dict)
 
 
 def read_mode_file(path: Path) -> ModeTable:
@@ -61,9 +72,7 @@ def read_mode_file(path: Path) -> ModeTable:
     found = READERS[path.suffix.lower()](path)
     highest = float(np.max(found.frequencies, initial=0.0))
     frequencies = np.where(found.frequencies < RIGID * highest, 0.0, found.frequencies)
-    return ModeTable(
-        found.places, frequencies, found.shapes, found.damping_ratios, found.participations
-    )
+    return replace(found, frequencies=frequencies)
 
 
 def _read_table(path: Path) -> ModeTable:
@@ -124,12 +133,12 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
 
 
 def _read_uff(path: Path) -> ModeTable:
-    """Return the normal modes of the data sets 55 of a universal file.
+    """Return the modes of the data sets 55 of a universal file; normal ones, else complex ones.
 
     Raises
     ------
     ExchangeError
-        If it holds none, or shapes that are complex or of different nodes.
+        If it holds none, or shapes that cannot be scaled, are not real or of different nodes.
     """
     import pyuff  # a quarter of a second, for this format alone
 
@@ -141,35 +150,100 @@ def _read_uff(path: Path) -> ModeTable:
         ]
     except Exception as error:  # pyuff raises what it likes
         raise ExchangeError(f"{path.name}: pyuff cannot read it: {error}") from error
-    sets = [one for one in every if one["analysis_type"] in _MODES_55]
+    kinds = [[one for one in every if one["analysis_type"] == k] for k in (_NORMAL, _COMPLEX)]
+    sets = kinds[0] or kinds[1]
     if not sets:
-        other = " (complex ones are not read)" if every else ""
-        raise ExchangeError(f"{path.name}: no data set 55 with normal modes{other}")
+        raise ExchangeError(f"{path.name}: no data set 55 with normal or complex modes")
     nodes = [int(node) for node in sets[0]["node_nums"]]
     for one in sets:
         if [int(node) for node in one["node_nums"]] != nodes:
             raise ExchangeError(
                 f"{path.name}: mode {one['mode_n']} has other nodes than mode 1"
             )
-        if np.iscomplexobj(one["r1"]) or not one["modal_m"] > 0.0:
-            raise ExchangeError(
-                f"{path.name}: mode {one['mode_n']} is complex or has no modal mass, so that "
-                f"its shape cannot be normalised. Export real shapes with modal masses"
-            )
     directions = COMPONENTS[: min(int(one["n_data_per_node"]) for one in sets)]
-    shapes = np.array([_shape_55(one, len(directions)) for one in sets]).T
+    of_kind = _normal_mode if kinds[0] else _complex_mode
+    frequencies, damping, shapes = zip(
+        *(of_kind(path, one, len(directions)) for one in sets), strict=True
+    )
     return ModeTable(
         tuple(f"{node}/{axis}" for node in nodes for axis in directions),
-        np.array([float(one["freq"]) for one in sets]),
-        shapes,
-        np.array([float(one["modal_damp_vis"]) for one in sets]),
+        np.array(frequencies),
+        np.array(shapes).T,
+        np.array(damping),
+        positions=_positions(path, nodes, directions),
     )
 
 
-def _shape_55(one: Mapping[str, Any], count: int) -> FloatArray:
-    """Return the mass-normalised shape of a data set, (n_nodes * count,) array."""
-    parts = np.array([one[f"r{i + 1}"] for i in range(count)], float)
-    return np.asarray(parts.T.ravel() / np.sqrt(float(one["modal_m"])))
+def _normal_mode(
+    path: Path, one: Mapping[str, Any], count: int
+) -> tuple[float, float, FloatArray]:
+    """Return frequency [Hz], damping ratio and mass-normalised shape of a normal mode.
+
+    Raises
+    ------
+    ExchangeError
+        If it is complex or has no modal mass.
+    """
+    if np.iscomplexobj(one["r1"]) or not one["modal_m"] > 0.0:
+        raise ExchangeError(
+            f"{path.name}: mode {one['mode_n']} is complex or has no modal mass, so that "
+            f"its shape cannot be normalised. Export real shapes with modal masses"
+        )
+    shape = _shape_55(one, count).real / np.sqrt(float(one["modal_m"]))
+    return float(one["freq"]), float(one["modal_damp_vis"]), shape
+
+
+def _complex_mode(
+    path: Path, one: Mapping[str, Any], count: int
+) -> tuple[float, float, FloatArray]:
+    r"""Return frequency [Hz], damping ratio and mass-normalised shape of a complex mode.
+
+    .. math:: \phi = \psi \sqrt{2 i \operatorname{Im} \lambda / a}
+
+    by modal A of the receptance :math:`\psi \psi / (a (i \omega - \lambda))`.
+
+    Raises
+    ------
+    ExchangeError
+        If modal A is 0, or the mode is no real one.
+    """
+    where, pole = f"{path.name}: mode {one['mode_n']}", complex(one["eig"])
+    if not one["modal_a"] or not pole.imag > 0.0:
+        raise ExchangeError(
+            f"{where} has no modal A, so that its shape is not scaled. Measure force and "
+            f"acceleration in one place (driving point), and give both its position in the log"
+        )
+    shape = _shape_55(one, count) * np.sqrt(2j * pole.imag / complex(one["modal_a"]))
+    real = float(np.sum(shape.real**2) / np.sum(np.abs(shape) ** 2))
+    if real < REAL:
+        raise ExchangeError(
+            f"{where} at {abs(pole) / (2.0 * np.pi):.4g} Hz is real to {real:.0%} only, and "
+            f"modes of a structure are real. Leave it out of the file"
+        )
+    return abs(pole) / (2.0 * np.pi), -pole.real / abs(pole), shape.real
+
+
+def _shape_55(one: Mapping[str, Any], count: int) -> ComplexArray:
+    """Return the shape of a data set as it stands, (n_nodes * count,) array."""
+    return np.array([one[f"r{i + 1}"] for i in range(count)], complex).T.ravel()
+
+
+def _positions(path: Path, nodes: Sequence[int], directions: Sequence[str]) -> dict[str, Place]:
+    """Return where places are [m], of nodes whose axes are those of the whole structure.
+
+    Raises
+    ------
+    ExchangeError
+        If the geometry of the file is not what it says.
+    """
+    content = path.read_bytes()
+    try:
+        found = list(data_sets(content))
+        wireframe, _ = wireframe_of(content, found, units_of(content, found))
+    except UffError as error:
+        raise ExchangeError(f"{path.name}: {error}") from error
+    known = [n for n in nodes if n in wireframe.nodes and n not in wireframe.axes]
+    return {f"{node}/{axis}": wireframe.nodes[node] for node in known for axis in directions}
 
 
 def _read_punch(path: Path) -> ModeTable:

@@ -8,6 +8,8 @@ from shakerproc.documents import FromList, Section
 from shakerproc.models.model import Measures
 from shakerproc.units import in_unit
 
+_Metre = Annotated[float, in_unit("m")]
+
 
 class ExcitationSection(Section):
     """``{base: acceleration}``, ``{force on: coupon}`` and so on: one of them."""
@@ -69,6 +71,9 @@ class StructureSchema(Section):
     nodes: dict[str, str] = Field(default_factory=dict)
     damping_ratio: Annotated[float | None, Field(ge=0.0)] = None
     residual: dict[str, Annotated[float, in_unit("m/N", positive=True)]] = Field(
+        default_factory=dict
+    )
+    positions: dict[str, Annotated[tuple[_Metre, _Metre, _Metre], FromList]] = Field(
         default_factory=dict
     )
     mass: Annotated[float | None, in_unit("kg", positive=True)] = None

@@ -1,7 +1,7 @@
 """Structures of a model file: written in it, or in a file of their own."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from shakerproc.documents import Document, read_document
 from shakerproc.exchange.mode_files import READERS, read_mode_file
+from shakerproc.geometry import Place
 from shakerproc.model_files.schema import ModelSchema, StructureSchema
 from shakerproc.models.model import BASE, Excitation
 from shakerproc.models.structure import Structure, StructureMode
@@ -114,13 +115,13 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
     """
     root = _root_of_unit(document, where, said.mass_unit)
     if said.modes_from is None:
-        points = said.points
+        points, positions = said.points, dict(said.positions)
         _check_points(document, where, points)
         if not said.modes:
             raise document.error((*where, "modes"), "expected modes; a structure moves in them")
         modes = tuple(_mode(document, where, said, i, root) for i in range(len(said.modes)))
     else:
-        points, modes = _modes_of_file(document, where, said, root)
+        points, modes, positions = _modes_of_file(document, where, said, root)
         _check_points(document, where, points)
     if said.direction is not None and not any(
         point.endswith(f"/{said.direction}") for point in points
@@ -130,13 +131,11 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
             f"no point ends in /{said.direction}; it is the direction in which the base "
             f"moves, such as z of foot 1/z",
         )
-    for point in said.residual:
-        if point not in points:
-            raise document.error(
-                (*where, "residual", point), f"no point {quoted(point)}", at_key=True
-            )
+    _check_named(document, (*where, "residual"), said.residual, {*points})
+    undirected = {point.rpartition("/")[0] for point in points}
+    _check_named(document, (*where, "positions"), said.positions, {*points, *undirected})
     try:
-        structure = Structure(points, modes, said.direction, said.residual)
+        structure = Structure(points, modes, said.direction, said.residual, positions)
     except ValueError as error:
         raise document.error((*where, "residual"), str(error)) from error
     if said.mass is not None:
@@ -147,20 +146,37 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
     return structure
 
 
+def _check_named(
+    document: Document[Any], where: Where, said: Iterable[str], points: Container[str]
+) -> None:
+    """Pass a mapping whose keys are points.
+
+    Raises
+    ------
+    DocumentError
+        If one is none.
+    """
+    for point in said:
+        if point not in points:
+            raise document.error((*where, point), f"no point {quoted(point)}", at_key=True)
+
+
 def _check_points(document: Document[Any], where: Where, points: Sequence[str]) -> None:
     if not points:
         raise document.error((*where, "points"), "expected points, such as [foot 1, tip]")
+    known: set[str] = set()
     for i, point in enumerate(points):
-        if point in points[:i]:
+        if point in known:
             raise document.error(
                 (*where, "points", i), f"point {quoted(point)} stands twice; rename one"
             )
+        known.add(point)
 
 
 def _modes_of_file(
     document: Document[Any], where: Where, said: StructureSchema, root: float
-) -> tuple[tuple[str, ...], tuple[StructureMode, ...]]:
-    """Return points and modes of a structure whose modes stand in another file.
+) -> tuple[tuple[str, ...], tuple[StructureMode, ...], dict[str, Place]]:
+    """Return points, modes and positions of a structure whose modes stand in another file.
 
     Raises
     ------
@@ -172,17 +188,20 @@ def _modes_of_file(
     named, here = str(said.modes_from), (*where, "modes_from")
     table = read_mode_file(_beside(document, here, named, tuple(READERS)))
     points = said.points or tuple(said.nodes) or table.places
-    rows = []
+    rows, positions = [], dict(said.positions)
+    row_of = {place: row for row, place in enumerate(table.places)}
     for point in points:
         place = "/".join(said.nodes.get(point, point).split(maxsplit=1))
-        place = point if point in table.places and point not in said.nodes else place
-        if place not in table.places:
+        place = point if point in row_of and point not in said.nodes else place
+        if place not in row_of:
             key = "nodes" if point in said.nodes else "points"
             some = ", ".join(table.places[:6]) + (" ..." if len(table.places) > 6 else "")
             raise document.error(
                 (*where, key), f"{named} has no place {quoted(place)}; it has {some}"
             )
-        rows.append(table.shapes[table.places.index(place)])
+        rows.append(table.shapes[row_of[place]])
+        if place in table.positions and point.rpartition("/")[0] not in said.positions:
+            positions.setdefault(point, table.positions[place])
     damping = table.damping_ratios
     if said.damping_ratio is not None:
         damping = np.full(table.frequencies.size, said.damping_ratio)
@@ -193,7 +212,7 @@ def _modes_of_file(
     shapes = np.array(rows).T / root
     moving = [i for i, shape in enumerate(shapes) if np.any(shape)]
     shares = table.participations
-    return points, tuple(
+    found = tuple(
         StructureMode(
             float(table.frequencies[i]),
             float(damping[i]) if table.frequencies[i] else 0.0,
@@ -202,6 +221,7 @@ def _modes_of_file(
         )
         for i in moving
     )
+    return points, found, positions
 
 
 def _root_of_unit(document: Document[Any], where: Where, unit: str) -> float:

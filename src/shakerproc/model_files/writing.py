@@ -122,6 +122,12 @@ def structure_lines(structure: Structure) -> list[str]:
     if structure.residual:
         each = (f"{text_of(p)}: {_digits(r)} m/N" for p, r in structure.residual.items())
         lines.append(f"residual: {{{', '.join(each)}}}")
+    if structure.positions:
+        each = (
+            f"{text_of(p)}: [{', '.join(f'{_digits(v)} m' for v in place)}]"
+            for p, place in structure.positions.items()
+        )
+        lines.append(f"positions: {{{', '.join(each)}}}")
     return [*lines, "modes:", *(f"  - {_structure_mode_text(one)}" for one in structure.modes)]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
+from shakerproc.geometry import Place
 
 MASS_TOLERANCE: Final = 0.01
 """Departure of the mass that modes move from that of the structure: shapes come with four
@@ -18,6 +19,15 @@ digits or more, and units are wrong by a thousand [-]."""
 ABOVE: Final = 5.0
 """Frequency of the mode that stands for those that are left out, over the highest that is not:
 there its flexibility is off by 1 / 25 [-]."""
+
+AXES: Final[Mapping[str, Place]] = MappingProxyType({
+    f"{sign}{axis}": (
+        factor * (axis == "x"), factor * (axis == "y"), factor * (axis == "z"),
+    )
+    for sign, factor in (("", 1.0), ("-", -1.0))
+    for axis in "xyz"
+})  # fmt: skip
+"""Unit vectors of the directions that names of points end in [-]."""
 
 _MOVED: Final = 1e-3
 """Departure of the base motion from what rigid-body modes span at the points: shapes come with
@@ -147,6 +157,8 @@ class Structure:
         in that direction.
     residual : mapping of str to float
         Flexibility at points of the modes that are left out [m/N].
+    positions : mapping of str to (x, y, z)
+        Where points are, by their names with or without direction, for drawings [m].
 
     Raises
     ------
@@ -159,10 +171,12 @@ class Structure:
     modes: tuple[StructureMode, ...]
     direction: str | None = None
     residual: Mapping[str, float] = field(default_factory=dict)
+    positions: Mapping[str, Place] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", tuple(self.points))
-        object.__setattr__(self, "residual", MappingProxyType(dict(self.residual)))
+        for name in ("residual", "positions"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
         object.__setattr__(self, "modes", tuple(self.modes))
         if not self.points:
             raise ValueError("a structure needs points, such as points: [foot 1, tip]")
@@ -185,7 +199,17 @@ class Structure:
 
     def __reduce__(self) -> tuple[type["Structure"], tuple[object, ...]]:
         """Let a structure travel to another process (a mapping proxy cannot)."""
-        return Structure, (self.points, self.modes, self.direction, dict(self.residual))
+        maps = dict(self.residual), dict(self.positions)
+        return Structure, (self.points, self.modes, self.direction, *maps)
+
+    def position_of(self, point: str) -> Place | None:
+        """Return where a point is [m]; None where that is not said."""
+        return self.positions.get(point, self.positions.get(point.rpartition("/")[0]))
+
+    def direction_of(self, point: str) -> Place | None:
+        """Return along which axis a point is seen [-]; None where that is not said."""
+        axis = point.rpartition("/")[2] if "/" in point else self.direction
+        return AXES.get(axis or "")
 
     @cached_property
     def carried(self) -> tuple[StructureMode, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 if TYPE_CHECKING:
     from shakerproc.comparison import Comparison, Measured
+    from shakerproc.comparison.modes import ComparedModes
     from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
@@ -32,12 +33,15 @@ class Evidence:
         Files that went in: what they are, their names and their SHA-256.
     decays : Decays, optional
         A model compared with free decays, and the one before it.
+    modes : ComparedModes, optional
+        Modes of a test beside those of the model.
     """
 
     models: "Models | None" = None
     diagnosis: "Diagnosis | None" = None
     inputs: Sequence[tuple[str, str, str]] = ()
     decays: "Decays | None" = None
+    modes: "ComparedModes | None" = None
 
 
 SCHEMA: Final = "shakerproc-report/1"
@@ -83,12 +87,13 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
     if evidence is NONE:
         return ()
     from shakerproc import files
+    from shakerproc.report.evidence.modes import mode_sections
     from shakerproc.report.evidence.sections import sections
     from shakerproc.report.evidence.tables import tables
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
-    found = sections(evidence.models, evidence.diagnosis)
+    found = [*sections(evidence.models, evidence.diagnosis), *mode_sections(evidence.modes)]
     if evidence.decays is None:
         return found
     from shakerproc.report.evidence.decays import decay_sections

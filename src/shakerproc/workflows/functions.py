@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final, final
 
 from shakerproc import __version__, files
-from shakerproc.comparison.document import MODE_COLUMNS, mode_rows, modes_document
+from shakerproc.comparison.document import mode_tables, modes_document
 from shakerproc.comparison.response_functions import FunctionComparison, compare_functions
 from shakerproc.errors import ArgumentError
 from shakerproc.models import Model
@@ -72,10 +72,8 @@ class ComparedFile:
         files.write_json(folder / "compare.json", self.as_json())
         table = {name: [row[i] for row in self.rows] for i, name in enumerate(COLUMNS)}
         files.write_csv(folder / "functions.csv", table)
-        if self.found.modes is not None:
-            rows = mode_rows(self.found.modes)
-            modes = {name: [row[i] for row in rows] for i, name in enumerate(MODE_COLUMNS)}
-            files.write_csv(folder / "modes.csv", modes)
+        for name, columns in mode_tables(self.found.modes).items():
+            files.write_csv(folder / name, columns)
         page = folder / "report.html"
         write_report(page, function_report(self.found, command, tuple(inputs)))
         return page

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from shakerproc.workflows.evidence import Document, Evidence
 
 _SHOWN = (
-    "test", "level", "sensor", "error", "noise", "PSD", "H1", "peak [Hz]", "model [Hz]",
+    "test", "level", "sensor", "error", "noise", "PSD", "H1", "FRAC", "peak [Hz]", "model [Hz]",
     "gain", "model gain",
 )  # fmt: skip
 
@@ -120,7 +120,7 @@ def compare(
     document = {
         **_provenance(documents[-2:]), **options.effects_of(own), **compared.as_json()
     }  # fmt: skip
-    evidence = Evidence(models, None, inputs_of(documents, measured))
+    evidence = Evidence(models, None, inputs_of(documents, measured), modes=compared.modes)
     with output.results(folder, "compare"):
         page = _write(folder, found, document, campaign.title, evidence, figures=figures)
         _write_modes(folder, compared.modes)
@@ -243,14 +243,12 @@ def _write(
 
 
 def _write_modes(folder: Path, modes: "ComparedModes | None") -> None:
-    """Write the table of modes of test and model, if there are any."""
+    """Write the tables of modes of test and model, if there are any."""
     from shakerproc import files
-    from shakerproc.comparison.document import MODE_COLUMNS, mode_rows
+    from shakerproc.comparison.document import mode_tables
 
-    if modes is not None:
-        rows = mode_rows(modes)
-        columns = {name: [row[i] for row in rows] for i, name in enumerate(MODE_COLUMNS)}
-        files.write_csv(folder / "modes.csv", columns)
+    for name, columns in mode_tables(modes).items():
+        files.write_csv(folder / name, columns)
 
 
 def _print_modes(modes: "ComparedModes | None", folder: Path, json: str | None) -> None:
@@ -261,12 +259,14 @@ def _print_modes(modes: "ComparedModes | None", folder: Path, json: str | None) 
         return
     output.print_table(
         ("measured [Hz]", "model [Hz]", "difference [%]", "zeta measured", "zeta model", "MAC"),
-        mode_rows(modes),
+        [row[:6] for row in mode_rows(modes)],
         title=f"Modes of test {modes.test} and of the linear part of the model",
         json_target=json,
         elsewhere=str(folder / "modes.csv"),
     )
     output.data(modes.sentence, json_target=json)
+    if modes.shapes is not None:
+        output.data(modes.shapes.sentence, json_target=json)
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
@@ -298,7 +298,7 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
             kept = " (held out)" if test.measured.test.hold_out else ""
             rows.append((
                 test.measured.name + kept, test.measured.test.level_text, name, e.error,
-                float(test.floor.share[i]), e.psd, e.h1, e.peak_hz, e.peak_model_hz,
+                float(test.floor.share[i]), e.psd, e.h1, e.frac, e.peak_hz, e.peak_model_hz,
                 e.peak_gain, e.peak_model_gain,
             ))  # fmt: skip
     output.print_table(

@@ -7,16 +7,16 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.comparison.document import mode_rows
 from shakerproc.comparison.response_functions import ComparedFunction, FunctionComparison
 from shakerproc.numerals import numeral
+from shakerproc.report.evidence.modes import mode_sections
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.modal.sections import magnitude_axis
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
-from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable, filled
+from shakerproc.report.page.sections import PageFigure, ReportSection, filled
 
 MOST_DRAWN: Final = 60
 """Functions that are drawn, the worst first."""
@@ -44,7 +44,7 @@ def function_report(
         [],
         command=command,
         verdict=found.sentence,
-        sections=[_functions(found), *_modes(found)],
+        sections=[_functions(found), *mode_sections(found.modes)],
         inputs=inputs,
         methods=Methods(
             [_METHOD], [_REFERENCE],
@@ -88,15 +88,3 @@ def _figure(found: FunctionComparison, one: ComparedFunction) -> PageFigure:
         title=f"Response function of {name}",
     )
     return PageFigure(name, f"Error {one.error:.1%}, FRAC {one.frac:.3f}.", drawing)
-
-
-def _modes(found: FunctionComparison) -> list[ReportSection]:
-    if found.modes is None:
-        return []
-    columns = ("measured [Hz]", "model [Hz]", "difference [%]", "ζ measured", "ζ model", "MAC")
-    rows = [
-        tuple("" if value is None else f"{value:.4g}" for value in row)
-        for row in mode_rows(found.modes)
-    ]
-    table = ReportTable("Modes of the functions and of the model", columns, rows)
-    return [ReportSection("Modes", "modes", [found.modes.sentence], [table])]

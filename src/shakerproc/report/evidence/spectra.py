@@ -64,8 +64,9 @@ def _response(models: Models, index: int, sensor: int) -> PageFigure:
     below = Axis("frequency [Hz]", 0.0, float(frequency[-1]))
     title = f"{name}, {label(test)}"
     error = "; ".join(
-        f"{text}: residual rms {c.tests[index].errors[sensor].error:.1%}"
-        for text, _, c in models.each
+        f"{text}: residual rms {found.error:.1%}"
+        + ("" if found.frac is None else f", FRAC {found.frac:.3f}")
+        for text, found in ((text, c.tests[index].errors[sensor]) for text, _, c in models.each)
     )
     return PageFigure(
         f"{name}, {label(test)}.",
