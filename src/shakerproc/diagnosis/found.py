@@ -168,10 +168,11 @@ class Found:
     def _free_run(self, fit: Fit) -> Score | None:
         data = self.data
         windows = replace(whole_tests(data, held_out=True), from_rest=False)
-        starts = completed(data, fit.hypothesis.model_at(fit.x), windows.table)
         gain, delay, of_tests = perfect(data)
         first = int(data.has_constants)
         of_tests[first:] = self.of_tests_under(fit)[first:]
+        model = fit.hypothesis.model_at(fit.x)
+        starts = completed(data, model, windows.table, of_tests)
         whole = replace(fit, gain=gain, delay=delay, of_tests=of_tests, starts=starts)
         rows = predicted_rows(data, whole, windows)
         return None if rows is None else Score(whole, np.log1p(rows))

@@ -14,23 +14,18 @@ from shakerproc.diagnosis.estimation.condition import Condition
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS, OneMore
-from shakerproc.diagnosis.estimation.own_starts import own_start
+from shakerproc.diagnosis.estimation.own_starts import as_table
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.hypothesis import (
     Addition,
-    Hypothesis,
     addition,
-    hypothesis_of,
 )
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
-from shakerproc.diagnosis.screening import FreeLaw, Start, free_laws, with_limits
+from shakerproc.diagnosis.screening import free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import LEAST, Score, ranked, simplest_alike
 from shakerproc.diagnosis.selection.standing import contains
-from shakerproc.errors import ModelError
-from shakerproc.models import Element, Model
-from shakerproc.models.effects import Table
 from shakerproc.simulation import has_jumps
 
 FIRSTS: Final = 2
@@ -287,20 +282,3 @@ def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
         return []
     begun = as_table(campaign.data.model, laws[0])
     return [] if begun is None else [replace(linear, hypothesis=begun[0], x=begun[1])]
-
-
-def as_table(model: Model, law: FreeLaw) -> tuple[Hypothesis, FloatArray] | None:
-    """Return a model with a force without a name, and its own numbers that go with it.
-
-    None where the force pushes away at its end, so that no body would stay there.
-    """
-    element = Element(law.effect, law.between)
-    try:
-        hypothesis = hypothesis_of(replace(model, elements=(*model.elements, element)))
-    except ModelError:
-        return None
-    start = Start(
-        Table.kind, law.between, {}, law.stiffness, law.damping, law.explained, law.predicted,
-        law.t, law.left,
-    )  # fmt: skip
-    return hypothesis, own_start(hypothesis, start)

@@ -19,14 +19,13 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
-from shakerproc.diagnosis.estimation.own_starts import as_in
+from shakerproc.diagnosis.estimation.own_starts import as_in, as_table
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
-from shakerproc.diagnosis.more_effects import as_table
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.screening import Start, free_laws, screen

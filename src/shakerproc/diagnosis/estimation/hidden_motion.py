@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.of_tests import as_free, without_offsets
 from shakerproc.diagnosis.estimation.resting_places import may_shift, resting_places
 from shakerproc.diagnosis.estimation.starts_by_equation import by_equation
 from shakerproc.models import Model
@@ -13,7 +14,9 @@ from shakerproc.simulation import largest_states
 from shakerproc.simulation.assembly import System, assemble
 
 
-def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArray:
+def completed(
+    data: DataSet, model: Model, table: NDArray[np.int64], of_tests: FloatArray
+) -> FloatArray:
     """Return all motions where windows begin, (n_windows, n_motions) array.
 
     Displacements and velocities of masses, attached and further modes, then the states of the
@@ -27,6 +30,8 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
         Says which modes and laws there are.
     table : (n_windows, 3) array of int
         Test, first sample, and number of samples.
+    of_tests : (n, n_tests) array
+        What each test has of its own: offsets of its sensors are taken away [-].
     """
     n_masses, hidden = model.n_coordinates, hidden_motions(data, model)
     masses = np.zeros((2 * n_masses, len(table)))
@@ -38,7 +43,8 @@ def completed(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArr
     places = [own[0] for own in resting_places(data, model, table)]
     masses[:n_masses] += np.reshape(places, (-1, n_masses)).T
     states = np.zeros((len(table), len(largest_states(model))))
-    return np.hstack([_joined(masses, modes).T, states])
+    starts = np.hstack([_joined(masses, modes).T, states])
+    return without_offsets(data, table, as_free(data, of_tests), starts)
 
 
 def elsewhere(

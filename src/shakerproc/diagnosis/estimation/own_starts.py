@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis
+from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST, Hypothesis, hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import joints_of
-from shakerproc.diagnosis.screening import Start
-from shakerproc.models import Model
+from shakerproc.diagnosis.screening import FreeLaw, Start
+from shakerproc.errors import ModelError
+from shakerproc.models import Element, Model
+from shakerproc.models.effects import Table
 
 
 def as_in(none: Hypothesis, other: Model) -> FloatArray:
@@ -28,6 +30,23 @@ def turned(none: Hypothesis, start: Start) -> Hypothesis:
     signs = np.where(_ratios(none, start) < 0.0, -1.0, 1.0)
     own = (replace(n, sign=float(sign)) for n, sign in zip(none.own, signs, strict=True))
     return replace(none, own=tuple(own))
+
+
+def as_table(model: Model, law: FreeLaw) -> tuple[Hypothesis, FloatArray] | None:
+    """Return a model with a force without a name, and its own numbers that go with it.
+
+    None where the force pushes away at its end, so that no body would stay there.
+    """
+    element = Element(law.effect, law.between)
+    try:
+        hypothesis = hypothesis_of(replace(model, elements=(*model.elements, element)))
+    except ModelError:
+        return None
+    start = Start(
+        Table.kind, law.between, {}, law.stiffness, law.damping, law.explained, law.predicted,
+        law.t, law.left,
+    )  # fmt: skip
+    return hypothesis, own_start(hypothesis, start)
 
 
 def _coordinates(ratios: FloatArray) -> FloatArray:

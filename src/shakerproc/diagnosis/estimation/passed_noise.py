@@ -115,7 +115,9 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
         return windows
     if windows.run_in is None and not windows.from_rest:
         model = found.hypothesis.model_at(found.x)
-        settled = replace(settled, starts=completed(data, model, windows.table))
+        settled = replace(
+            settled, starts=completed(data, model, windows.table, settled.of_tests)
+        )
     still = prediction_of(data, settled, windows)
     few = under_noise(data, settled, windows, n_draws=FEW)
     noisy = list(few) if still is not None else []

@@ -19,7 +19,7 @@ from shakerproc.diagnosis.estimation.columns import (
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
-from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of, without_offsets
+from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
 from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, predict
@@ -116,9 +116,7 @@ class Linearisation:
         """Return a point at which windows begin as was measured."""
         starts, table = None, self.windows.table
         if not self.windows.from_rest:
-            own = as_free(self.data, channels[2])
-            starts = completed(self.data, self.hypothesis.model_at(x), table)
-            starts = without_offsets(self.data, table, own, starts)
+            starts = completed(self.data, self.hypothesis.model_at(x), table, channels[2])
         return self.point_with(x, channels, starts)
 
     def point_with(self, x: FloatArray, channels: Channels, starts: FloatArray | None) -> Point:
