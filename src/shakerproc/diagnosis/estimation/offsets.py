@@ -40,7 +40,7 @@ class Offsets:
     moves: FloatArray
 
     def shown(self, shares: FloatArray, n_sensors: int) -> FloatArray:
-        """Return what sensors show of offsets, (n_sensors, n_tests) [unit of the sensor]."""
+        """Return offsets as sensors show them, (n_sensors, n_tests) [unit of the sensor]."""
         found = np.zeros((n_sensors, self.sizes.shape[1]))
         found[list(self.sensors)] = shares * self.sizes
         return found
@@ -67,7 +67,7 @@ def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
 
 
 def _moves(model: Model, chosen: Sequence[int]) -> FloatArray:
-    """Return what unit offsets of sensors do to coordinates, (n_coordinates, n) array."""
+    """Return the shifts of coordinates by unit offsets, (n_coordinates, n) array."""
     n, sensors, placed = model.n_coordinates, list(model.sensors.values()), _placed(model)
     alone = coordinates_of(model, ())
     sees = np.reshape([alone.at(sensors[i].at)[:n] for i in placed], (-1, n))
