@@ -11,7 +11,7 @@ ROD = ("base", "rod")
 def component(law, seed):
     """Return a component test: 1 kg imposed on, with this force beside spring and damper."""
     rng = np.random.default_rng(seed)
-    t = np.arange(3000) / 1000.0
+    t = np.arange(6000) / 1000.0
     frequency = np.arange(3.0, 30.0, 1.0 / 6.0)[:, None]
     angle = 2.0 * np.pi * frequency * t + rng.uniform(0.0, 2.0 * np.pi, frequency.shape)
     size = 1e-3 / np.sqrt(frequency.size)

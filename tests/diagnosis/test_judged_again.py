@@ -16,7 +16,7 @@ from shakerproc.models import EFFECTS
 def found():
     """Return a cubic spring that a search found, and its tests."""
     truth = one_mass(effect=EFFECTS["cubic_stiffness"](coefficient=3e11))
-    tests = prepared(arrays_of(truth, seconds=1.5))
+    tests = prepared(arrays_of(truth))
     with pytest.MonkeyPatch.context() as patch:
         seek_few(patch)
         return search(one_mass(), tests, lambda _: None), tests

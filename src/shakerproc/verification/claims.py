@@ -62,8 +62,8 @@ class ThesisClaim:
 
 _CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(
     ThesisClaim(*row)
-    for module in (theory, sweeps, free_motion, theory)
-    for row in module.CLAIMS
+    for table in (theory.CLAIMS, sweeps.CLAIMS, free_motion.CLAIMS, theory.INPUT_CLAIMS)
+    for row in table
 )
 
 

@@ -8,7 +8,7 @@ from tests.diagnosis.one_mass import DAMPING, RATE, STIFFNESS, added, data_of, o
 
 from shakerproc.diagnosis.estimation.hidden_motion import completed, hidden_motions
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
-from shakerproc.diagnosis.estimation.least_squares import fit
+from shakerproc.diagnosis.estimation.least_squares import fit, perfect
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.point import Point
@@ -103,7 +103,7 @@ def test_jumps_of_friction_that_a_recorder_took_as_values_tell_the_numbers(force
 
 def test_a_window_that_runs_away_does_not_rule_the_fit(linear):
     windows = both(linear)[1]
-    starts = completed(linear, linear.model, windows.table)
+    starts = completed(linear, linear.model, windows.table, perfect(linear)[2])
     starts[3] = np.inf
     found = fit(
         linear, hypothesis_of(one_mass()), np.zeros(2), windows, rounds=10, starts=starts
@@ -127,7 +127,7 @@ def test_slopes_are_those_of_the_residual(with_gap):
     hypothesis, x = added(with_gap, "gap", **GAP)
     windows = both(with_gap)[1]
     search = Linearisation(with_gap, hypothesis, windows)
-    starts = completed(with_gap, with_gap.model, windows.table)
+    starts = completed(with_gap, with_gap.model, windows.table, perfect(with_gap)[2])
     here = Point(x, np.array([1.02]), np.zeros(1), np.zeros((0, 0)), starts)
     state = search.residual(here)
     residual, slopes = state[0], search.linearise(here, state)
@@ -175,7 +175,9 @@ def test_starts_are_fitted_where_the_numbers_stand(linear):
         linear, hypothesis_of(one_mass()), np.log([1.1, 0.8]), both(linear)[0], rounds=0
     )
     windows = windows_of(linear, 400, held_out=True, most=6, run_in=100)
-    as_measured = replace(true_numbers, starts=completed(linear, linear.model, windows.table))
+    as_measured = replace(
+        true_numbers, starts=completed(linear, linear.model, windows.table, perfect(linear)[2])
+    )
     fitted = with_starts_fitted(linear, true_numbers, windows)
     assert np.array_equal(fitted.x, true_numbers.x)
     after = predicted_rows(linear, fitted, windows)
