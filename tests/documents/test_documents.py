@@ -120,6 +120,31 @@ def test_the_first_of_several_mistakes_is_told_with_their_number(tmp_path):
     assert says.endswith("did you mean true? (and 2 more below)")
 
 
+class Part(Section):
+    mass: Annotated[float, in_unit("kg")]
+
+
+class Whole(Section):
+    parts: dict[str, str | Part]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("parts:\n  a: {mass: 3}\n", "2:13: parts.a.mass: expected a number with a unit of kg"),
+        ("parts:\n  a: 3\n", "2:6: parts.a: expected text or a mapping (key: value), got 3"),
+    ],
+)
+def test_a_mistake_where_a_name_or_a_mapping_may_stand_is_told_where_it_is(
+    tmp_path, text, says
+):
+    path = tmp_path / "whole.yaml"
+    path.write_text(text)
+    with pytest.raises(DocumentError) as caught:
+        read_document(path, Whole)
+    assert says in str(caught.value)
+
+
 def test_an_error_found_later_names_the_place(tmp_path):
     document = read(tmp_path, "title: a\nshapes:\n  - {kind: circle, radius: 1 m}\n")
     error = document.error(("shapes", 0, "radius"), "expected less")

@@ -1,7 +1,7 @@
 """A file, read, checked against its schema, and still knowing where everything stands."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -152,12 +152,28 @@ def _first_of(errors: list[ErrorDetails], path: Path, root: DocumentPlace) -> Do
         aim = (*error["loc"], *error.get("ctx", {}).get("place", ()))
         missing = (aim[-1],) if error["type"] == "missing" else ()
         together.setdefault((*root.find(aim)[1], *missing), []).append(error)
-    found = [_error_of(path, root, aim, some) for aim, some in together.items()]
+    found = [
+        _error_of(path, root, aim, some)
+        for aim, some in together.items()
+        if not _may_be_text(aim, some, together)
+    ]
     first = min(found, key=lambda error: (error.line, error.column))
     if len(found) == 1:
         return first
     more = f"{first.says} (and {len(found) - 1} more below)"
     return DocumentError(path, first.line, first.column, more)
+
+
+def _may_be_text(
+    aim: tuple[Key, ...],
+    errors: Sequence[ErrorDetails],
+    every: Collection[tuple[Key, ...]],
+) -> bool:
+    """Whether text would do where a mapping stands that has mistakes of its own."""
+    mapped = all(
+        one["type"] == "string_type" and isinstance(one["input"], dict) for one in errors
+    )
+    return mapped and any(other[: len(aim)] == aim != other for other in every)
 
 
 def _error_of(
