@@ -83,3 +83,8 @@ def exercised(
         left = force - np.linalg.lstsq(beside.T, force, rcond=None)[0] @ beside
         out.append(float(np.sqrt(np.mean(left**2) / np.mean(fine**2))))
     return out
+
+
+def shows(shares: list[float], noise: float) -> bool:
+    """Whether each hidden force is more than 3 % of the response and three times the noise."""
+    return all(share > max(0.03, 3.0 * noise) for share in shares)

@@ -20,11 +20,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blind import ranges
-from blind.assembly import assemble, exercised
+from blind.assembly import assemble, exercised, shows
 from blind.campaign import Campaign, TestRun
 from blind.classes import CampaignClass, parse
 from blind.draws import Rng, log_uniform
 from blind.excitations import Drive
+from blind.plan import GROWTH_LIMIT
 from blind.ranges import Hidden
 from blind.recorder import rms
 from blind.structures import Joint, Structure, nominal_of, scale_of
@@ -32,8 +33,6 @@ from blind.truth import Motion, Truth, move
 
 SUBSTEPS = 16
 ATTEMPTS = 400
-GROWTH_LIMIT = 100.0
-"""A motion beyond so many linear ones has run away [-]."""
 LIVES = 0.1
 """Share of the largest motion, or of that without the effect, that is motion yet [-]."""
 CROSSINGS = 8
@@ -90,7 +89,7 @@ def draw(seed: int, text: str) -> Campaign:
         noise = 10.0 ** (-snr / 20.0)
         if len(motions) == len(moved) and _lives(motions[-1], linear, bench):
             shown = exercised(bench.structure, 0, motions[-1], moved[-1][1])
-            if all(share > max(0.03, 3.0 * noise) for share in shown):
+            if shows(shown, noise):
                 return _recorded(rng, (seed, text), bench, motions, snr)
     raise RuntimeError(f"{text}, seed {seed}: no draw exercises the effect")
 
@@ -242,12 +241,10 @@ def _recorded(
     truth = {
         "class": text,
         "effects": [
-            {"kind": h.kind or name, "between": ["base", structure.name(0)],
-             "parameters": h.parameters, "main": h.main}
-            for name, h in bench.hidden
+            hidden.as_truth(name, ["base", structure.name(0)]) for name, hidden in bench.hidden
         ],
         "fault": None,
-    }  # fmt: skip
+    }
     details = {"snr_db": snr, "noise_follows_level": True, "known": []}
     return Campaign(
         seed, text, structure, nominal_of(rng, structure), tuple(tests), truth, share, details,

@@ -129,15 +129,7 @@ def _known(plan: Plan) -> list[dict[str, Any]]:
 def _truth(
     plan: Plan, fault: dict[str, Any] | None, motions: dict[int, Motion]
 ) -> dict[str, Any]:
-    effects = [
-        {
-            "kind": h.kind or name,
-            "between": plan.between,
-            "parameters": h.parameters,
-            "main": h.main,
-        }
-        for name, h in plan.hidden
-    ]
+    effects = [hidden.as_truth(name, plan.between) for name, hidden in plan.hidden]
     truth = {"class": plan.text, "effects": effects, "fault": fault}
     if plan.drawn.numbers:
         truth["nuisances"] = plan.drawn.numbers

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blind import nuisances, ranges
-from blind.assembly import assemble, exercised
+from blind.assembly import assemble, exercised, shows
 from blind.classes import CampaignClass
 from blind.draws import Rng
 from blind.excitations import SAMPLE_RATE, Drive, waveform
@@ -148,7 +148,7 @@ def will_do(plan: Plan, motion: Motion) -> bool:
             effect.start
         ) < np.max(z):
             return False
-    return all(e > max(0.03, 3.0 * plan.noise) for e in shown)
+    return shows(shown, plan.noise)
 
 
 def _in_regime(plan: Plan, motion: Motion, column: int) -> bool:

@@ -1,6 +1,7 @@
 """What a hidden effect is drawn for, and what it is."""
 
 from dataclasses import dataclass
+from typing import Any
 
 Parameters = dict[str, float]
 
@@ -36,3 +37,10 @@ class Hidden:
     kind: str = ""
     known: tuple[tuple[str, dict[str, str]], ...] = ()
     wells: bool = False
+
+    def as_truth(self, name: str, between: list[str]) -> dict[str, Any]:
+        """Return what the truth says of it, by the name of its class and its two places."""
+        return {
+            "kind": self.kind or name, "between": between,
+            "parameters": self.parameters, "main": self.main,
+        }  # fmt: skip

@@ -52,8 +52,14 @@ def nothing_with_nuisances(trial: Trial) -> bool:
 
 
 def chained(trial: Trial) -> bool:
-    """Whether there are several masses, or a force drives."""
-    return bool(classes.parse(trial.kind).form)
+    """Whether there are several masses, or a force drives, in a long campaign."""
+    form = classes.parse(trial.kind).form
+    return bool(form) and form not in classes.BRIEF
+
+
+def brief(trial: Trial) -> bool:
+    """Whether it is a decay, a push or a few ground motions."""
+    return classes.parse(trial.kind).form in classes.BRIEF
 
 
 def friction_class(name: str) -> Choice:
@@ -110,6 +116,7 @@ TABLE: tuple[tuple[str, float, Choice, Choice], ...] = (
     ("outside the library refused", 0.90, without_nuisances("outside"), exact),
     ("the proposed next test settles it", 0.80, tested_again, settled),
     ("chains and forces, exact or tied", 0.95, chained, tied),
+    ("brief campaigns, exact or tied", 0.90, brief, tied),
     *(
         (f"{name.replace(':', ', ')}", 0.90, friction_class(name), tied)
         for name in classes.friction()

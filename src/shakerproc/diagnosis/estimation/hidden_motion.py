@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.of_tests import as_free, without_offsets
+from shakerproc.diagnosis.estimation.of_tests import as_free, offsets_in
 from shakerproc.diagnosis.estimation.resting_places import may_shift, resting_places
 from shakerproc.diagnosis.estimation.starts_by_equation import by_equation
 from shakerproc.models import Model
@@ -34,17 +34,18 @@ def completed(
         What each test has of its own: offsets of its sensors are taken away [-].
     """
     n_masses, hidden = model.n_coordinates, hidden_motions(data, model)
+    off = data.offsets.moved(offsets_in(data, as_free(data, of_tests)))
     masses = np.zeros((2 * n_masses, len(table)))
     modes = np.zeros((len(hidden[0]), len(table)))
     for i, own in enumerate(data.motions):
         here = table[:, 0] == i
         masses[:, here] = own[:, table[here, 1]]
+        masses[:n_masses, here] -= off[i][:, None]
         modes[:, here] = hidden[i][:, table[here, 1]]
     places = [own[0] for own in resting_places(data, model, table)]
     masses[:n_masses] += np.reshape(places, (-1, n_masses)).T
     states = np.zeros((len(table), len(largest_states(model))))
-    starts = np.hstack([_joined(masses, modes).T, states])
-    return without_offsets(data, table, as_free(data, of_tests), starts)
+    return np.hstack([_joined(masses, modes).T, states])
 
 
 def elsewhere(

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -64,28 +63,6 @@ def as_free(data: DataSet, of_tests: FloatArray) -> FloatArray:
     for own, other in zip(free, of_tests, strict=False):
         own[:] = other
     return free
-
-
-def without_offsets(
-    data: DataSet, table: NDArray[np.int64], of_tests: FloatArray, starts: FloatArray
-) -> FloatArray:
-    """Return starts of windows at measured places, without the offsets of the sensors.
-
-    Parameters
-    ----------
-    data : DataSet
-        The tests.
-    table : (n_windows, 3) array of int
-        Test, first sample, and number of samples.
-    of_tests : (n, n_tests) array
-        What each test has of its own [-].
-    starts : (n_windows, n_motions) array
-        Motion where windows begin [SI].
-    """
-    moved = data.offsets.moved(offsets_in(data, of_tests))
-    found = starts.copy()
-    found[:, : moved.shape[1]] -= moved[table[:, 0]]
-    return found
 
 
 def shares_of(data: DataSet, of_tests: FloatArray) -> FloatArray:

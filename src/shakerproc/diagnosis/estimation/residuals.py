@@ -18,7 +18,6 @@ from shakerproc.diagnosis.estimation.of_tests import (
     inputs_with,
     models_with,
     offsets_in,
-    without_offsets,
 )
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.nudged.motion import begun, held_to
@@ -86,17 +85,17 @@ def predict(
     """
     own = as_free(data, np.zeros((0, 0)) if of_tests is None else of_tests)
     shares = offsets_in(data, own)
-    held = held_to(data, model, windows, data.offsets.moved(shares))
+    off = data.offsets.moved(shares)
+    held = held_to(data, model, windows, off)
     if held is not None:
-        starts = begun(data, model, windows.table)
-        starts = without_offsets(data, windows.table, own, starts)
+        starts = begun(data, model, windows.table, off)
     runs = Runs(inputs_with(data, own), windows.table, starts, held=held)
     means = evened or not data.points
     models = models_with(data, model, own)
     found = _free_runs(models, runs, means=means, plain=plain, tolerance=tolerance)
     shown = data.offsets.shown(shares, data.n_sensors)[:, windows.table[:, 0]]
     outputs = tuple(
-        rows + own[:, None] for rows, own in zip(found.outputs, shown.T, strict=True)
+        rows + offset[:, None] for rows, offset in zip(found.outputs, shown.T, strict=True)
     )
     if evened and data.points:
         jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])

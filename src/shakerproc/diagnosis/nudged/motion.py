@@ -51,18 +51,18 @@ def _measured(data: DataSet, seen: Seen) -> tuple[FloatArray, ...]:
     return _MEASURED[data]
 
 
-def begun(data: DataSet, model: Model, table: NDArray[np.int64]) -> FloatArray:
+def begun(data: DataSet, model: Model, table: NDArray[np.int64], off: FloatArray) -> FloatArray:
     """Return the motion where pieces begin, (n_pieces, n_motions) array.
 
     Of masses and structures as measured; of attached and further modes, and of states, none:
-    they are driven while the run forgets where it began.
+    they are driven while the run forgets where it began. `off` is that of `held_to` [m].
     """
     system = assemble(model)
     n, masses = len(system.names), model.n_coordinates
     starts = np.zeros((len(table), 2 * n + len(largest_states(model))))
     for i, own in enumerate(data.motions):
         here = np.flatnonzero((table[:, 0] == i) & (table[:, 1] > 0))
-        starts[here, :masses] = own[:masses, table[here, 1]].T
+        starts[here, :masses] = own[:masses, table[here, 1]].T - off[i]
         starts[here, n : n + masses] = own[masses:, table[here, 1]].T
     places = [own[0] for own in resting_places(data, model, table)]
     starts[:, :masses] += np.reshape(places, (-1, masses))
