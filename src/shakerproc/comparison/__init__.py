@@ -29,7 +29,8 @@ from shakerproc.comparison.measured import (
 )
 from shakerproc.comparison.noise import Noise, noise_of
 from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.prediction import Prediction, as_means, at_samples, predict
+from shakerproc.comparison.own import as_means, at_samples
+from shakerproc.comparison.prediction import Prediction, predict
 from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.refit import FittedParameter, Refit, refit
 from shakerproc.comparison.verdict import explained, sentence

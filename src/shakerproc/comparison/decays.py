@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.comparison.measured import Measured, usable_tests
-from shakerproc.comparison.prediction import TOLERANCE, as_means
+from shakerproc.comparison.own import TOLERANCE, as_means
 from shakerproc.comparison.windows import RUN_IN_PERIODS, Windows, fitted_starts
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError

@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.quiet import quiet_of
 from shakerproc.data import FloatArray
-from shakerproc.spectra import CrossSpectra, cross_spectra, psd
+from shakerproc.spectra import CrossSpectra, cross_spectra, psd, spectrogram
 
 QUIET: Final = "quiet lead-in"
 REPEATS: Final = "repeats"
@@ -42,6 +42,12 @@ noise would be told twice too large [-]."""
 
 FEWEST_BINS: Final = 16
 """Bins of the band above that tell a density to a quarter of it [-]."""
+
+FEWEST_PIECES: Final = 16
+"""Pieces of a record, a quarter of which is as quiet as its noise [-]."""
+
+MOST_PIECES: Final = 512
+"""Pieces of a record whose densities are looked at; neighbours of more are averaged [-]."""
 
 SAME_DRIVE: Final = 0.999
 """Correlation above which two drives are one: noise of 3 % of both lowers it so far [-]."""
@@ -293,18 +299,37 @@ def responses_of_decay(test: Channels, _: Sequence[Channels]) -> FloatArray | No
 def _quartile(rows: FloatArray, test: Channels, low: float) -> FloatArray | None:
     r"""Return the noise above a frequency [Hz] by the lower quartile of densities there.
 
-    Lines and harmonics stand above it. A density of white noise by :math:`n` averages has a
+    Over frequency and time: lines and harmonics stand above it, and so does what a motion that
+    jumps holds everywhere for a moment. A density of white noise by :math:`n` averages has a
     :math:`\chi^2` distribution, whose quartile is below its mean :math:`G` by
 
     .. math:: Q(\tfrac14; 2 n) / (2 n)
     """
     frequency = frequencies(test.sample_rate)
     high = BELOW_FILTER * test.sample_rate
-    inside = (frequency > low) & (frequency < high)
-    if np.count_nonzero(inside) < FEWEST_BINS:
+    if np.count_nonzero((frequency > low) & (frequency < high)) < FEWEST_BINS:
         return None
-    cross = smoothed(rows, test.sample_rate)
-    doubled = 2.0 * cross.effective_averages
-    low_by = scipy.stats.chi2.ppf(0.25, doubled) / doubled
-    least = np.quantile(_density(cross, test.sample_rate)[:, inside], 0.25, axis=1) / low_by
+    told = spectrogram(
+        rows, test.sample_rate, segment=_segment(rows.shape[1], test.sample_rate, low),
+        overlap=0, window=WINDOW, most_times=MOST_PIECES,
+    )  # fmt: skip
+    inside = (told.frequency > low) & (told.frequency < high)
+    cells = told.density[:, inside].reshape(len(rows), -1)
+    averages = max(1.0, rows.shape[1] * (told.frequency[1] / test.sample_rate) / told.time.size)
+    low_by = scipy.stats.chi2.ppf(0.25, 2.0 * averages) / (2.0 * averages)
+    least = np.quantile(cells, 0.25, axis=1) / low_by
     return np.repeat(least[:, np.newaxis], frequency.size, axis=1)
+
+
+def _segment(n_samples: int, sample_rate: float, low: float) -> int:
+    """Return the samples of a segment: few enough that a record holds `FEWEST_PIECES`.
+
+    But so many that the band above `low` [Hz] has `FEWEST_BINS`, and that what is excited below
+    it stays out of it: the lobe of a line is four bins wide.
+    """
+    longest = min(SEGMENT, n_samples)
+    if not low > 0.0:
+        return longest
+    bins = FEWEST_BINS * sample_rate / (BELOW_FILTER * sample_rate - low)
+    needed = max(bins, 4.0 * sample_rate / low, n_samples / FEWEST_PIECES)
+    return int(min(longest, np.ceil(needed)))

@@ -4,11 +4,20 @@ from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
-import scipy  # its parts load when they are first used
 
-from shakerproc.comparison.free_bodies import mean_force
 from shakerproc.comparison.free_run_error import Scored, in_band
 from shakerproc.comparison.measured import Measured
+from shakerproc.comparison.own import (
+    TOLERANCE,
+    Own,
+    as_means,
+    at_samples,
+    given_of,
+    noisy_of,
+    own_of,
+    run,
+    scored_whole,
+)
 from shakerproc.comparison.windows import (
     RUN_IN_PERIODS,
     Windows,
@@ -21,14 +30,10 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.simulation import Input, Runs, SimulatedResponse, free_runs, simulate
-from shakerproc.simulation.inputs import prepare_like, prepare_measured
+from shakerproc.simulation import Input, SimulatedResponse, motions_of, simulate
 
 LINEAR: Final = frozenset({"spring", "damper"})
 """Effects in whose company a disturbance dies out."""
-
-TOLERANCE: Final = 1e-9
-"""Of a simulation that is compared with a measurement, as a share of the motion [-]."""
 
 DRAWS: Final = 8
 """How often noise of the input is drawn: a contact that is just missed counts once in a while,
@@ -45,7 +50,7 @@ class Prediction:
     measured : Measured
         The test.
     simulation : SimulatedResponse
-        The motion of the model under the measured input, from rest.
+        The motion of the model under the measured input.
     scored : Scored
         The samples of which the free-run error is taken.
     moved : (n_draws, n_sensors, n) array
@@ -67,6 +72,7 @@ class Prediction:
     response: FloatArray
     predicted: FloatArray
     input: FloatArray
+    own: Own
     windows: Windows | None = None
 
     @property
@@ -113,14 +119,18 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    given = _given(model, measured)
+    own = own_of(model, measured)
+    given = given_of(model, measured, own)
     try:
-        simulation = simulate(model, given, growth=not _is_stable(model), tolerance=TOLERANCE)
+        simulation = simulate(
+            model, given, start=_start(model, own), growth=not _is_stable(model),
+            tolerance=TOLERANCE,
+        )  # fmt: skip
     except SimulationError as error:
         raise SimulationError(f"{measured.run}: {error}") from error
     if windows is None and simulation.sensitive:
         windows = _windows(model, measured, given, simulation)
-    scored, moved = _scored(model, measured, given, windows, _sizes(simulation))
+    scored, moved = _scored(model, measured, own, windows, _sizes(simulation))
     part = slice(measured.start, measured.stop)
     outputs = np.array([simulation.outputs[name] for name in measured.sensors])
     return Prediction(
@@ -131,78 +141,64 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
         response=within(measured.responses, measured)[:, part],
         predicted=within(outputs, measured)[:, part],
         input=within(measured.input, measured)[part],
+        own=own,
         windows=windows,
     )
 
 
-def _given(model: Model, measured: Measured) -> Input:
-    """Return the input of a model in a test."""
-    imposed = model.excitation.imposed
-    return prepare_measured(_drive(model, measured), measured.sample_rate, imposed=imposed)
+def _start(model: Model, own: Own) -> dict[str, tuple[float, float]] | None:
+    """Return the start of a test as `simulate` takes it; None is rest [m], [m/s]."""
+    if own.start is None:
+        return None
+    names = [name[2:] for name in motions_of(model) if name.startswith("x ")]
+    return dict(zip(names, zip(own.start, own.start[len(names) :], strict=False), strict=True))
 
 
-def _drive(model: Model, measured: Measured) -> FloatArray:
-    return measured.input + mean_force(model, measured)
+def free_run(model: Model, measured: Measured, own: Own) -> Scored:
+    """Return a test simulated as a whole, however a disturbance may grow.
 
-
-def free_run(model: Model, measured: Measured) -> Scored:
-    """Return a test simulated from rest as a whole, however a disturbance may grow.
+    `own` is what the test has of its own (see `own_of`) [SI].
 
     Raises
     ------
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    given = _given(model, measured)
-    simulated, failed = _from_rest(model, given)
+    simulated, failed = run(model, given_of(model, measured, own), own)
     if failed:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
-    return _of_whole(measured, simulated)
-
-
-def _of_whole(measured: Measured, simulated: FloatArray) -> Scored:
-    counted = np.zeros(simulated.shape[1], bool)
-    counted[measured.start : measured.stop] = True
-    return Scored(
-        measured.responses, simulated, measured.sample_rate, measured.error_band, counted
-    )
-
-
-def _from_rest(model: Model, given: Input) -> tuple[FloatArray, bool]:
-    """Return what the sensors record, at the samples, and whether the motion ran away."""
-    whole = np.array([(0, 0, given.n_samples)])
-    found = free_runs(model, Runs((given,), whole))
-    return at_samples(model, found.outputs[0]), bool(found.failed[0])
+    return scored_whole(measured, simulated)
 
 
 def _scored(
     model: Model,
     measured: Measured,
-    given: Input,
+    own: Own,
     windows: Windows | None,
     sizes: FloatArray,
 ) -> tuple[Scored, FloatArray]:
     """Return the scored samples, and how the simulated ones move under noise of the input."""
-    noisy = _noisy(model, measured, given)
+    given = given_of(model, measured, own)
+    noisy = _noisy(model, measured, own, given)
     if windows is None:
-        simulated, _ = _from_rest(model, given)
-        runs = [_from_rest(model, one) for one in noisy]
+        simulated, _ = run(model, given, own)
+        runs = [run(model, one, own) for one in noisy]
         moved = [
             np.zeros_like(other) if failed else other - simulated for other, failed in runs
         ]
-        return _of_whole(measured, simulated), np.array(moved)
+        return scored_whole(measured, simulated), np.array(moved)
     means = as_means(model, measured.responses)
     simulated, *others = (
         at_samples(model, run_windows(model, one, means, windows, sizes))
         for one in (given, noisy[0])
     )
     scored = replace(
-        _of_whole(measured, simulated), counted=windows.counted(simulated.shape[1])
+        scored_whole(measured, simulated), counted=windows.counted(simulated.shape[1])
     )
     return scored, np.array(others) - simulated
 
 
-def _noisy(model: Model, measured: Measured, given: Input) -> list[Input]:
+def _noisy(model: Model, measured: Measured, own: Own, given: Input) -> list[Input]:
     """Return the input of a test with as much noise again, drawn afresh each time.
 
     A stable linear model moves alike under every draw, so one of them will do.
@@ -211,8 +207,7 @@ def _noisy(model: Model, measured: Measured, given: Input) -> list[Input]:
     count = 1 if _is_stable(model) else DRAWS
     n, rate = measured.input.size, measured.sample_rate
     draws = [measured.noise.drawn(n, rate, generator) for _ in range(count)]
-    drive = _drive(model, measured)
-    return [prepare_like(drive + draw, given) for draw in draws]
+    return [noisy_of(measured, own, given, draw) for draw in draws]
 
 
 def _sizes(simulation: SimulatedResponse) -> FloatArray:
@@ -260,41 +255,6 @@ def _windows(
     )  # fmt: skip
     run_in = round(RUN_IN_PERIODS * period * measured.sample_rate)
     return windows_of(measured.start, measured.stop, horizon, run_in)
-
-
-def at_samples(model: Model, outputs: FloatArray) -> FloatArray:
-    r"""Return accelerations at the samples from means over the interval to the next.
-
-    A mean does not alias where the acceleration jumps. Of a band-limited signal it is
-    :math:`\mathrm{sinc}(f / f_s)\, e^{i \pi f / f_s}` times its spectrum, which is undone
-    here, so that what was measured is left as it is. Rows of other quantities are returned
-    unchanged.
-
-    Parameters
-    ----------
-    model : Model
-        Says what each sensor measures.
-    outputs : (n_sensors, n) array
-        What `free_runs` returns [SI].
-    """
-    return _boxed(model, outputs, -1)
-
-
-def as_means(model: Model, samples: FloatArray) -> FloatArray:
-    """Return what `at_samples` undoes: accelerations as means over the next interval [SI]."""
-    return _boxed(model, samples, 1)
-
-
-def _boxed(model: Model, rows: FloatArray, power: int) -> FloatArray:
-    n = rows.shape[1]
-    length = scipy.fft.next_fast_len(n + 2048, real=True)
-    share = scipy.fft.rfftfreq(length, 1.0)
-    box = (np.sinc(share) * np.exp(1j * np.pi * share)) ** power
-    found = rows.copy()
-    for i, sensor in enumerate(model.sensors.values()):
-        if sensor.measures == "acceleration":
-            found[i] = scipy.fft.irfft(scipy.fft.rfft(rows[i], length) * box, length)[:n]
-    return found
 
 
 def within(samples: FloatArray, measured: Measured) -> FloatArray:

@@ -10,6 +10,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.comparison.free_run_error import relative_residuals
 from shakerproc.comparison.held_out import held_out
 from shakerproc.comparison.measured import Measured
+from shakerproc.comparison.own import own_of
 from shakerproc.comparison.prediction import free_run
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError
@@ -133,8 +134,8 @@ def refit(
     start = np.zeros(len(wanted))
     first = problem.residuals(start)
     if first is None:
-        for test in chosen:
-            free_run(model, test)  # tells which test runs away
+        for test, own in zip(chosen, problem.own, strict=True):
+            free_run(model, test, own)  # tells which test runs away
         raise DiagnosisError(f"{model.title}: the motion runs away.")
     tell("scan of the stiffness")
     here = _scanned(problem, start)
@@ -195,7 +196,7 @@ class _Problem:
         self.model = model
         self.wanted = wanted
         self.tests = tests
-        self.kept = held_out(tests)
+        self.kept, self.own = held_out(tests), [own_of(model, test) for test in tests]
         names = [name for _, name in wanted]
         self.reach = np.log([REACH.get(name, 3.0) for name in names])
         self.stiff = np.array([
@@ -219,13 +220,13 @@ class _Problem:
 
     def residuals(self, logarithms: FloatArray, only: int | None = None) -> FloatArray | None:
         """Return the relative residuals of all tests (or one), or None where it runs away."""
-        every = list(zip(self.tests, self.kept, strict=True))
+        every = list(zip(self.tests, self.own, self.kept, strict=True))
         tests = every if only is None else [every[only]]
         out = []
         try:
             model = self.model_at(logarithms)
-            for test, kept in tests:
-                scaled = relative_residuals(free_run(model, test).within(~kept))
+            for test, own, kept in tests:
+                scaled = relative_residuals(free_run(model, test, own).within(~kept))
                 out.append(scaled[:, test.start : test.stop].ravel() / np.sqrt(len(tests)))
         except (SimulationError, ValueError):  # a number outside what its effect allows
             return None

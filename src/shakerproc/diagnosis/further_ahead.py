@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from weakref import WeakKeyDictionary
 
-from shakerproc.comparison.free_bodies import is_held
+import numpy as np
+
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit
@@ -13,6 +14,8 @@ from shakerproc.diagnosis.horizon import LONGER, PREDICTED
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.models import Model
+from shakerproc.simulation.assembly import assemble
 
 _THERE: WeakKeyDictionary[Fit, dict[Form, Fit | None]] = WeakKeyDictionary()
 
@@ -53,9 +56,15 @@ def ahead(data: DataSet, found: Fit, form: Form) -> Fit:
     of a form are best as far as it reaches, and may lead astray in whole tests. Where a free
     body drifts with the constant of a force, whole tests do not tell.
     """
-    if not form.beyond or not is_held(data.model):
+    if not form.beyond or not _is_held(data.model):
         return found
     fits = [found, *(one for _, one in carried_on(data, found, form) if one is not None)]
     driven = data.model.excitation.role is not None
     whole = whole_tests(data, held_out=True) if driven else form.beyond[-1].held_out
     return min(fits, key=lambda one: error_of(data.plain, one, whole))
+
+
+def _is_held(model: Model) -> bool:
+    """Return whether springs hold every mass."""
+    n = model.n_coordinates
+    return bool(np.linalg.matrix_rank(assemble(model).machine.matrix[:n, :n]) == n)

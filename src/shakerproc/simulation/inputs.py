@@ -223,6 +223,13 @@ def prepare_like(samples: FloatArray, given: Input) -> Input:
     return like if given.imposed is None else _imposed(like, samples)
 
 
+def with_constant(given: Input, value: float) -> Input:
+    """Return an input with a constant besides [m/s^2 or N]."""
+    pieces = given.pieces.copy()
+    pieces[:, 0] += value
+    return replace(given, pieces=pieces)
+
+
 def prepare_long(
     signal: Chirp, sample_rate: float, duration: float, span: int, tolerance: float
 ) -> Input | None:

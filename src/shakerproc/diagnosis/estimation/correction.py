@@ -7,7 +7,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.measured import UNCALIBRATED
-from shakerproc.comparison.prediction import at_samples
+from shakerproc.comparison.own import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.comparison.held_out import held_out_samples
-from shakerproc.comparison.prediction import DRAWS, as_means
+from shakerproc.comparison.own import as_means
+from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of

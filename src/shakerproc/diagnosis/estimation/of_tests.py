@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from shakerproc.comparison.own import CONSTANT_SPREAD
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Model
@@ -12,10 +13,7 @@ from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import Spring, StiffnessDrift
 from shakerproc.models.laws import Law
 from shakerproc.simulation import Input
-
-CONSTANT_SPREAD: Final = 0.1
-"""Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
-drift by (starting value) [-]."""
+from shakerproc.simulation.inputs import with_constant
 
 STIFFNESS_SPREAD: Final = 0.005
 """Standard deviation of the stiffness in a test about that of the campaign, and of its change
@@ -106,13 +104,11 @@ def _driven(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
     shares = shares_of(data, of_tests)
     inputs = list(data.inputs)
     for i, (given, own) in enumerate(zip(data.inputs, of_tests.T, strict=True)):
-        pieces = given.pieces
         if data.has_constants and own[0] != 0.0:
-            pieces = pieces + _constant(given, data.input_sizes[i] * own[0])
+            inputs[i] = with_constant(given, data.input_sizes[i] * own[0])
         if np.any(shares[:, i]):
-            pieces = pieces + np.tensordot(shares[:, i], data.sway_pieces[i], 1)
-        if pieces is not given.pieces:
-            inputs[i] = replace(given, pieces=pieces)
+            swayed = np.tensordot(shares[:, i], data.sway_pieces[i], 1)
+            inputs[i] = replace(inputs[i], pieces=inputs[i].pieces + swayed)
     return tuple(inputs)
 
 
@@ -144,10 +140,3 @@ def _drifted(model: Model, start: float, stop: float, level: float, change: floa
             more.append(Element(Spring(level * stiffness), element.between))
             more.append(Element(drift, element.between))
     return replace(model, elements=(*model.elements, *more))
-
-
-def _constant(given: Input, value: float) -> FloatArray:
-    """Return pieces that are a constant, to be added to those of an input."""
-    powers = np.zeros(given.pieces.shape[1])
-    powers[0] = value
-    return powers

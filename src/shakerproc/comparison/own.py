@@ -1,0 +1,224 @@
+r"""What a test has of its own: the constant of its force, its start, how it was sampled.
+
+The mean of a recording is the constant of an amplifier or of a force sensor only to the mean
+of the force itself, and a recording that is cut in motion begins in motion. Neither is the
+model's: both are fitted to each test, held out or not, before it is compared,
+
+.. math:: \min_u \; \lVert r(u) \rVert^2 + \frac{\lVert r \rVert^2}{n} \lVert u \rVert^2
+
+by steps of Gauss and Newton. :math:`r` is what a free run leaves, :math:`u` are the numbers
+over what they are known to.
+"""
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+import scipy  # its parts load when they are first used
+
+from shakerproc.comparison.free_run_error import Scored, relative_residuals
+from shakerproc.comparison.measured import Measured
+from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
+from shakerproc.models import Model
+from shakerproc.simulation import Input, Runs, free_runs, is_smooth, motions_of, simulate
+from shakerproc.simulation.inputs import prepare_like, prepare_measured, with_constant
+
+CONSTANT_SPREAD: Final = 0.1
+"""Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
+drift by (starting value) [-]."""
+
+TOLERANCE: Final = 1e-9
+"""Of a simulation that is compared with a measurement, as a share of the motion [-]."""
+
+STARTED: Final = 2**22
+"""Samples that a start is fitted to at most, times the square of its numbers: some seconds."""
+
+_ROUNDS: Final = 4  # Gauss-Newton steps
+_STEP: Final = 0.01  # of a number, for slopes
+_SHORTENED: Final = (1.0, 0.25, 0.0625)  # steps that are tried
+_ENOUGH: Final = 1e-3  # gain of a step over what is left, from which on none follows
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Own:
+    """What one test has of its own under a model.
+
+    Attributes
+    ----------
+    constant : float
+        What is added to the input [N].
+    start : (n_motions,) array, optional
+        The motion at sample 0, in the order of `motions_of`; None is rest [SI].
+    values : bool
+        Whether the recorder took accelerations as values at the samples, in which jumps fold
+        back; else it filtered them.
+    """
+
+    constant: float = 0.0
+    start: FloatArray | None = None
+    values: bool = False
+
+
+def given_of(model: Model, measured: Measured, own: Own) -> Input:
+    """Return the input of a model in a test, prepared for the engine."""
+    imposed = model.excitation.imposed
+    given = prepare_measured(measured.input, measured.sample_rate, imposed=imposed)
+    return with_constant(given, own.constant) if own.constant else given
+
+
+def noisy_of(measured: Measured, own: Own, given: Input, draw: FloatArray) -> Input:
+    """Return that input with a draw of noise, an (n,) array [m/s^2, N or m]."""
+    return prepare_like(measured.input + own.constant + draw, given)
+
+
+def run(model: Model, given: Input, own: Own, n: int | None = None) -> tuple[FloatArray, bool]:
+    """Return what sensors record of a free run, (n_sensors, n), and whether it ran away [SI].
+
+    `n` are the samples of it; all by default.
+    """
+    whole = np.array([(0, 0, given.n_samples if n is None else n)])
+    start = None if own.start is None else own.start[np.newaxis]
+    found = free_runs(model, Runs((given,), whole, start), means=not own.values)
+    rows = found.outputs[0] if own.values else at_samples(model, found.outputs[0])
+    return rows, bool(found.failed[0])
+
+
+def scored_whole(measured: Measured, simulated: FloatArray) -> Scored:
+    """Return a test and its simulation, all that is judged counted, (n_sensors, n) [SI]."""
+    n = simulated.shape[1]
+    counted = np.zeros(n, bool)
+    counted[measured.start : measured.stop] = True
+    return Scored(
+        measured.responses[:, :n], simulated, measured.sample_rate, measured.error_band, counted
+    )
+
+
+def own_of(model: Model, measured: Measured) -> Own:
+    """Return what a test has of its own, fitted to it under a model.
+
+    Nothing where a displacement is imposed; a start where the recording does not begin at rest.
+    """
+    if model.excitation.imposed:
+        return Own()
+    problem = _Problem(model, measured)
+    own = problem.solved()
+    if is_smooth(model):
+        return own
+    as_values = Own(own.constant, own.start, values=True)
+    means, values = (problem.left(one) for one in (own, as_values))
+    better = values is not None and (means is None or values @ values < means @ means)
+    return as_values if better else own
+
+
+@final
+class _Problem:
+    """Least squares for the numbers of one test."""
+
+    def __init__(self, model: Model, measured: Measured) -> None:
+        self.model, self.measured = model, measured
+        self.given, self.n = given_of(model, measured, Own()), measured.input.size
+        names = motions_of(model)
+        sizes = np.zeros(0)
+        if measured.quiet is None:
+            moved = np.array([not name.startswith("state") for name in names])
+            sizes = _usual(model, self.given)[moved]
+            self.n = min(self.n, STARTED // sizes.size**2)
+            if self.n <= measured.start:
+                sizes = np.zeros(0)
+        force = model.excitation.role == "force"
+        size = CONSTANT_SPREAD * float(np.sqrt(np.mean(measured.input**2)))
+        self.spread = np.array([size] if force else [])
+        self.sizes, self.rest = sizes, np.zeros(len(names) - sizes.size)
+
+    def own(self, u: FloatArray) -> Own:
+        """Return numbers from what they are over what they are known to."""
+        n = self.spread.size
+        start = np.concatenate([self.sizes * u[n:], self.rest]) if self.sizes.size else None
+        return Own(float(self.spread @ u[:n]), start)
+
+    def left(self, own: Own) -> FloatArray | None:
+        """Return the relative residuals of a free run; None where it runs away."""
+        given = with_constant(self.given, own.constant)
+        simulated, failed = run(self.model, given, own, self.n)
+        if failed:
+            return None
+        return relative_residuals(scored_whole(self.measured, simulated)).ravel()
+
+    def solved(self) -> Own:
+        """Return the numbers that leave least."""
+        u = np.zeros(self.spread.size + self.sizes.size)
+        here = self.left(self.own(u)) if u.size else None
+        for _ in range(_ROUNDS if here is not None else 0):
+            step = self._step(u, here)
+            tried = ((u + share * step) for share in _SHORTENED)
+            ends = ((one, self.left(self.own(one))) for one in tried)
+            better = (
+                (one, left)
+                for one, left in ends
+                if left is not None and left @ left < here @ here
+            )
+            there = next(better, None)
+            if there is None:
+                break
+            gained = here @ here - there[1] @ there[1]
+            u, here = there
+            if gained < _ENOUGH * (here @ here):
+                break
+        return self.own(u)
+
+    def _step(self, u: FloatArray, here: FloatArray) -> FloatArray:
+        """Return the step of least squares from residuals that are `here`."""
+        ends = [self.left(self.own(u + _STEP * one)) for one in np.eye(u.size)]
+        slopes = [np.zeros_like(here) if end is None else (end - here) / _STEP for end in ends]
+        table, scatter = np.array(slopes), max(float(here @ here) / here.size, 1e-300)
+        square = table @ table.T + scatter * np.eye(u.size)
+        return np.asarray(-np.linalg.solve(square, table @ here + scatter * u))
+
+
+def _usual(model: Model, given: Input) -> FloatArray:
+    """Return the rms of every motion of a free run from rest, (n_motions,) array [SI].
+
+    0 where it runs away.
+    """
+    try:
+        found = simulate(model, given, growth=False, tolerance=TOLERANCE)
+    except SimulationError:
+        return np.zeros(len(motions_of(model)))
+    return np.asarray(np.sqrt(np.mean(found.motion**2, axis=1)))
+
+
+def at_samples(model: Model, outputs: FloatArray) -> FloatArray:
+    r"""Return accelerations at the samples from means over the interval to the next.
+
+    A mean does not alias where the acceleration jumps. Of a band-limited signal it is
+    :math:`\mathrm{sinc}(f / f_s)\, e^{i \pi f / f_s}` times its spectrum, which is undone
+    here, so that what was measured is left as it is. Rows of other quantities are returned
+    unchanged.
+
+    Parameters
+    ----------
+    model : Model
+        Says what each sensor measures.
+    outputs : (n_sensors, n) array
+        What `free_runs` returns [SI].
+    """
+    return _boxed(model, outputs, -1)
+
+
+def as_means(model: Model, samples: FloatArray) -> FloatArray:
+    """Return what `at_samples` undoes: accelerations as means over the next interval [SI]."""
+    return _boxed(model, samples, 1)
+
+
+def _boxed(model: Model, rows: FloatArray, power: int) -> FloatArray:
+    n = rows.shape[1]
+    length = scipy.fft.next_fast_len(n + 2048, real=True)
+    share = scipy.fft.rfftfreq(length, 1.0)
+    box = (np.sinc(share) * np.exp(1j * np.pi * share)) ** power
+    found = rows.copy()
+    for i, sensor in enumerate(model.sensors.values()):
+        if sensor.measures == "acceleration":
+            found[i] = scipy.fft.irfft(scipy.fft.rfft(rows[i], length) * box, length)[:n]
+    return found
