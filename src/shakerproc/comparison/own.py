@@ -18,6 +18,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.free_run_error import Scored, relative_residuals
 from shakerproc.comparison.measured import Measured
+from shakerproc.comparison.quiet import Quiet, offset_errors
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
@@ -59,6 +60,16 @@ class Own:
     constant: float = 0.0
     start: FloatArray | None = None
     values: bool = False
+
+
+def constant_spread(rows: FloatArray, quiet: Quiet | None) -> float:
+    """Return the standard deviation of the constant of a force, (n,) samples of it [N].
+
+    What amplifiers drift by, and, where no rest tells the offset of the sensor, how well the
+    mean of the recording is known: that of a push is most of it.
+    """
+    drift = CONSTANT_SPREAD * float(np.sqrt(np.mean(rows**2)))
+    return float(np.hypot(drift, 0.0 if quiet else offset_errors(rows[np.newaxis])[0]))
 
 
 def given_of(model: Model, measured: Measured, own: Own) -> Input:
@@ -128,7 +139,7 @@ class _Problem:
             if self.n <= measured.start:
                 sizes = np.zeros(0)
         force = model.excitation.role == "force"
-        size = CONSTANT_SPREAD * float(np.sqrt(np.mean(measured.input**2)))
+        size = constant_spread(measured.input, measured.quiet)
         self.spread = np.array([size] if force else [])
         self.sizes, self.rest = sizes, np.zeros(len(names) - sizes.size)
 

@@ -151,7 +151,11 @@ def _start(model: Model, own: Own) -> dict[str, tuple[float, float]] | None:
     if own.start is None:
         return None
     names = [name[2:] for name in motions_of(model) if name.startswith("x ")]
-    return dict(zip(names, zip(own.start, own.start[len(names) :], strict=False), strict=True))
+    n = len(names)
+    return {
+        name: (float(x), float(v))
+        for name, x, v in zip(names, own.start[:n], own.start[n : 2 * n], strict=True)
+    }
 
 
 def free_run(model: Model, measured: Measured, own: Own) -> Scored:

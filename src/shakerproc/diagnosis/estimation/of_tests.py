@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.comparison.own import CONSTANT_SPREAD
+from shakerproc.comparison.own import constant_spread
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Model
@@ -35,7 +35,9 @@ def spreads_of(data: DataSet) -> FloatArray:
     alike = data.sways.spread.tolist()
     alike += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.differing else []
     rows = np.repeat(np.array(alike, float)[:, None], n_tests, axis=1)
-    constants = np.full((int(data.has_constants), n_tests), CONSTANT_SPREAD)
+    forces = data.tests if data.has_constants else ()
+    spreads = [constant_spread(test.input, test.quiet) for test in forces]
+    constants = np.reshape(spreads / data.input_sizes[: len(forces)], (-1, n_tests))
     return np.concatenate([constants, data.offsets.spread, rows])
 
 
