@@ -120,6 +120,8 @@ def compared(
         rounds = BEST_ROUNDS if best.follows_most else ROUNDS
         sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
         if i and (there is None or not _is_predicted(sampled, there, forms[i])):
+            if form is not forms[-1] and _is_predicted(campaign, best, forms[-1]):
+                continue  # what parts are the starts of these windows, not the motion
             break
         least = least if sampled.data is campaign.data else np.inf
         scores = scores_beside(sampled, best, there, standing, forms[i])

@@ -29,7 +29,7 @@ def richer_laws(
     windows : Windows
         What it was fitted to.
     rounds : int
-        Steps at most of what leaves less after the first few.
+        Steps at most of the beginning that leaves least after the first few.
     say : callable
         Called with what is being tried.
     """
@@ -51,13 +51,15 @@ def richer_laws(
             fit(data, h, x, windows, rounds=FIRST_ROUNDS, channels=channels)
             for h, x, channels in _apart(least_left(data, ended, windows))
         ]
-        less = [one for one in tried if one is not None and one.level < found.level]
-        for first in sorted(less, key=lambda one: one.level)[:1]:
-            arrived = fit(
+        ends = [one for one in tried if one is not None]
+        for first in sorted(ends, key=lambda one: one.level)[:1]:
+            last_steps = fit(
                 data, first.hypothesis, first.x, windows, rounds=rounds,
                 channels=first.channels, starts=first.starts, step=first.steps,
             )  # fmt: skip
-            yield first if arrived is None else arrived
+            arrived = first if last_steps is None else last_steps
+            if arrived.level < found.level:
+                yield arrived
 
 
 def _apart(ordered: Sequence[Tried]) -> list[Tried]:
