@@ -161,21 +161,20 @@ class _Problem:
         """Return the numbers that leave least."""
         u = np.zeros(self.spread.size + self.sizes.size)
         here = self.left(self.own(u)) if u.size else None
-        for _ in range(_ROUNDS if here is not None else 0):
-            step = self._step(u, here)
+        if here is None:
+            return Own()
+        for _ in range(_ROUNDS):
+            step, least = self._step(u, here), float(here @ here)
             tried = ((u + share * step) for share in _SHORTENED)
             ends = ((one, self.left(self.own(one))) for one in tried)
             better = (
-                (one, left)
-                for one, left in ends
-                if left is not None and left @ left < here @ here
+                (one, left) for one, left in ends if left is not None and left @ left < least
             )
             there = next(better, None)
             if there is None:
                 break
-            gained = here @ here - there[1] @ there[1]
             u, here = there
-            if gained < _ENOUGH * (here @ here):
+            if least - float(here @ here) < _ENOUGH * least:
                 break
         return self.own(u)
 

@@ -16,7 +16,7 @@ from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.run_in import found_again
 from shakerproc.diagnosis.estimation.stacks import TAPS
-from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
+from shakerproc.diagnosis.estimation.windows import whole_from_starts, whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 
 LENGTHS: Final = (2.0, 5.0, 15.0)
@@ -62,20 +62,21 @@ class Stages:
 
 
 def stages_of(data: DataSet) -> Stages:
-    """Return the windows of a search."""
+    """Return the windows of a search; tests that are too short for any as wholes."""
     rate = data.tests[0].sample_rate
     least = LEAST_RESIDUALS * 2 * (data.model.n_coordinates + 1) / data.n_sensors
     at_rest = all(test.at_rest for test in data.tests)
+    windows = [
+        windows_of(
+            data, TAPS + max(int(n * rate * data.lengths.unit_s), math.ceil(least)),
+            held_out=False, most=most,
+        )
+        for n, most in zip(LENGTHS, WINDOWS, strict=True)
+    ]  # fmt: skip
+    some = tuple(filter(len, windows)) or (whole_from_starts(data, held_out=False),)
     return Stages(
-        tuple(
-            windows_of(
-                data, TAPS + max(int(n * rate * data.lengths.unit_s), math.ceil(least)),
-                held_out=False, most=most,
-            )
-            for n, most in zip(LENGTHS, WINDOWS, strict=True)
-        ),
-        whole=whole_tests(data, held_out=False) if at_rest else None,
-    )  # fmt: skip
+        some, ROUNDS[: len(some)], whole_tests(data, held_out=False) if at_rest else None
+    )
 
 
 def grown(
