@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from shakerproc.comparison.sensors import check_driven
 from shakerproc.comparison.windows import Windows
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
+
+NOTED: Final = 0.01
+"""Constant of a force over its rms from which on it is told [-]."""
 
 _EXCHANGED = -0.6  # correlation of the logarithms of measured and predicted gains
 _LEAST_SPREAD = 0.25  # spread of the logarithms of gains, below which they tell nothing
@@ -70,6 +73,18 @@ class TestComparison:
     def measured(self) -> Measured:
         """The test as it was measured."""
         return self.prediction.measured
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The constant that was fitted beside the force, where it is more than a hundredth."""
+        own, given = self.prediction.own, self.measured.input
+        rms = float(np.sqrt(np.mean(given**2)))
+        if not abs(own.constant) > NOTED * rms:
+            return ()
+        return (
+            f"{self.measured.run}: a constant of {own.constant / rms:+.0%} of its rms was fitted "
+            "to the force, whose mean was taken off: the mean of a recording is no offset.",
+        )
 
     @property
     def error(self) -> float:

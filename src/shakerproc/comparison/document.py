@@ -145,8 +145,13 @@ def _test(comparison: Comparison, index: int) -> dict[str, Any]:
         "error_band_hz": list(test.measured.error_band),
         "horizon_s": test.prediction.horizon_s,
         "predictable": test.prediction.predictable,
+        "own": {
+            "constant": test.prediction.own.constant,
+            "starts_in_motion": test.prediction.own.start is not None,
+            "accelerations_are_values": test.prediction.own.values,
+        },
         "growth_of_a_disturbance": test.prediction.simulation.growth,
-        "notes": [*test.measured.notes, *test.measured.read],
+        "notes": [*test.measured.notes, *test.notes, *test.measured.read],
         "unused": list(test.measured.unused),
         "sensors": [
             {

@@ -318,6 +318,8 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
     for test in found.tests:
         for note in test.measured.notes:
             once.warning(note)
+        for note in test.notes:
+            output.message(note)
         if not test.prediction.predictable:
             output.warning(
                 f"test {test.measured.name}: a disturbance of the model's motion grows too "

@@ -99,7 +99,8 @@ def model_section(models: Models) -> ReportSection:
 
 def _limits(comparison: Comparison) -> list[str]:
     """Return which tests took no part, what looks wrong, and of which only a part was used."""
-    notes = [note for test in comparison.tests for note in test.measured.notes]
+    each = comparison.tests
+    notes = [note for test in each for note in (*test.measured.notes, *test.notes)]
     return [*comparison.left_out, *comparison.warnings, *notes]
 
 
