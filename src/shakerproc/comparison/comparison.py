@@ -82,8 +82,9 @@ class TestComparison:
         if not abs(own.constant) > NOTED * rms:
             return ()
         return (
-            f"{self.measured.run}: a constant of {own.constant / rms:+.0%} of its rms was fitted "
-            "to the force, whose mean was taken off: the mean of a recording is no offset.",
+            f"{self.measured.run}: a constant of {own.constant / rms:+.0%} of its rms was "
+            "fitted to the force, whose mean was taken off: the mean of a recording is no "
+            "offset.",
         )
 
     @property
