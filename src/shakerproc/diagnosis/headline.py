@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.number_wording import shown
 from shakerproc.diagnosis.result import Diagnosis, Finding
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
@@ -32,11 +33,12 @@ def probability_text(diagnosis: Diagnosis) -> str:
     """Return how probable a verdict is, or why that is not known; empty of component tests."""
     if diagnosis.confidence is not None:
         return f"exactly right with a probability of {100.0 * diagnosis.confidence:.0f} %"
-    if diagnosis.complete:
+    left, floor = diagnosis.errors.among.held_out.after, diagnosis.errors.among.noise_floor
+    if diagnosis.complete and is_within(left, floor):
         return ""
-    if not math.isfinite(diagnosis.errors.among.noise_floor):
+    if not math.isfinite(floor):
         return "no probability: the noise is not known"
-    if diagnosis.errors.among.held_out.after <= NEGLIGIBLE:
+    if diagnosis.complete or left <= NEGLIGIBLE:
         return "no probability: more than noise is left"
     return "no probability: more is missing than the library explains"
 

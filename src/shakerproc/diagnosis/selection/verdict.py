@@ -101,6 +101,7 @@ def judged(
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, standing, verdict)
     scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
+    sure = drawn and complete and found.is_explained_by(chosen)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -121,7 +122,7 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        confidence=shared(probability_of(scores), standing) if drawn and complete else None,
+        confidence=shared(probability_of(scores), standing) if sure else None,
         scores=scores,
         seed=seed,
     )
