@@ -19,8 +19,6 @@ from shakerproc.diagnosis.estimation.form import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.lengths import FEWEST_BLOCKS
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.passed_noise import drawn_numbers
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
@@ -120,8 +118,6 @@ def compared(
         rounds = BEST_ROUNDS if best.follows_most else ROUNDS
         sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
         if i and (there is None or not _is_predicted(sampled, there, forms[i])):
-            if form is not forms[-1] and _is_predicted(campaign, best, forms[-1]):
-                continue  # what parts are the starts of these windows, not the motion
             break
         least = least if sampled.data is campaign.data else np.inf
         scores = scores_beside(sampled, best, there, standing, forms[i])
@@ -212,15 +208,11 @@ def bare_and_effects(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[
 
 
 def _is_predicted(campaign: Campaign, found: Fit, form: Form) -> bool:
-    """Return whether a fit predicts the motion as far as a horizon.
+    """Return whether noise lets a fit predict the motion as far as a horizon.
 
-    Noise may part the motion by `PARTED` at most, and so may the spread of its numbers: else a
-    good fit is judged by where motions part. The numbers of one that leaves no more than noise
-    of what it was fitted to are known.
+    It may part the motion by `PARTED` at most: else a good fit is judged by where motions part.
     """
-    known = found.chi_square <= EXCESS**2
-    numbers = None if known else drawn_numbers(found)
-    return parted(campaign.data, found, form.held_out.some(PREDICTED), numbers) <= PARTED
+    return parted(campaign.data, found, form.held_out.some(PREDICTED)) <= PARTED
 
 
 def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:

@@ -15,7 +15,6 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residuals import Predicted, predict
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
-from shakerproc.diagnosis.estimation.spread import drawn_steps
 from shakerproc.errors import ModelError
 from shakerproc.simulation import has_jumps
 
@@ -54,7 +53,6 @@ def under_noise(
     data: DataSet,
     found: Fit,
     windows: Windows,
-    numbers: FloatArray | None = None,
     *,
     n_draws: int = DRAWS,
     starts: bool = False,
@@ -65,32 +63,18 @@ def under_noise(
     ----------
     data, found, windows
         As for `prediction_of`; the starts of the fit are those of these windows.
-    numbers : (n_draws, n_x) array, optional
-        Coordinates of each draw; those of the fit.
     n_draws : int
         How many, `DRAWS` at most.
     starts : bool
         Whether what noise of the responses makes of the starts of windows counts too.
     """
-    for i, shaken in enumerate(data.shaken[:n_draws]):
-        settled = found if numbers is None else replace(found, x=numbers[i])
+    for shaken in data.shaken[:n_draws]:
+        settled = found
         if starts and windows.run_in is not None:
-            near = with_starts_fitted(shaken, settled, windows, near=found.starts)
-            settled = near or settled
+            settled = with_starts_fitted(shaken, found, windows, near=found.starts) or found
         noisy = prediction_of(shaken, settled, windows)
         if noisy is not None:
             yield noisy
-
-
-def drawn_numbers(found: Fit) -> FloatArray:
-    """Return coordinates that would do as well as those of a fit, (DRAWS, n_x) array.
-
-    From the normal distribution with their covariance, but no closer than a model is
-    held to, within their bounds (see `drawn_steps`).
-    """
-    n = found.x.size
-    drawn = found.x + drawn_steps(found.covariance[:n, :n], DRAWS, least=NEARBY)
-    return np.asarray(np.clip(drawn, *found.hypothesis.bounds()))
 
 
 def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:

@@ -19,8 +19,8 @@ from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import slope_in_time
 
 PARTED: Final = 0.1
-"""Share of the response by which noise of the input and the spread of the numbers may part two
-motions that are predicted: beyond, a test cannot be predicted, whatever the model [-]."""
+"""Share of the response by which noise of the input may part two motions that are predicted:
+beyond, a test cannot be predicted, whatever the model [-]."""
 
 MOST: Final = 0.5
 """Share of a power that is most of it: of two that are all of it, one has it [-]."""
@@ -111,16 +111,13 @@ def takes_most(before: Fit, after: Fit, windows: Windows) -> bool:
     return second < MOST * first
 
 
-def parted(
-    data: DataSet, found: Fit, windows: Windows, numbers: FloatArray | None = None
-) -> float:
+def parted(data: DataSet, found: Fit, windows: Windows) -> float:
     """Return by how much the motion of a fit cannot be predicted, over the response [-].
 
-    What noise of the input makes of it, with `numbers` (see `drawn_numbers`) also their spread;
-    infinite where it runs away.
+    What noise of the input makes of it; infinite where it runs away.
     """
     moved, whole = 0.0, 0.0
-    for one, apart in _moved_tests(data, found, windows, numbers, n_draws=FEW).values():
+    for one, apart in _moved_tests(data, found, windows, n_draws=FEW).values():
         moved += float(np.sum(np.mean(apart[..., one.counted] ** 2, axis=0)))
         whole += float(np.sum(one.measured[:, one.counted] ** 2))
     return float(np.sqrt(moved / whole)) if whole > 0.0 else float("inf")
@@ -130,7 +127,6 @@ def _moved_tests(
     data: DataSet,
     found: Fit,
     windows: Windows,
-    numbers: FloatArray | None = None,
     *,
     n_draws: int = DRAWS,
 ) -> dict[int, tuple[Scored, FloatArray]]:
@@ -139,7 +135,7 @@ def _moved_tests(
     still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None:
         return {}
-    noisy = list(under_noise(data, settled, windows, numbers, n_draws=n_draws, starts=True))
+    noisy = list(under_noise(data, settled, windows, n_draws=n_draws, starts=True))
     out = {}
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
