@@ -23,7 +23,8 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
-from shakerproc.recordings.guard import AGAIN, check_survived, foreign, shown
+from shakerproc.recordings.apart import opened_apart
+from shakerproc.recordings.guard import AGAIN, foreign, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
@@ -50,19 +51,19 @@ def read_mdf(path: Path, run: str) -> RawFile:
     with path.open("rb") as file:
         if file.read(8) not in MAGIC:
             raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
-    check_survived(path, run, "shakerproc.recordings.mdf:try_mdf")
-    file = _opened(path, run)
-    try:
-        with foreign(run, "reading the channels"):
-            return _described(file, run)
-    except BaseException:
-        file.close()
-        raise
+    return opened_apart(path, run, "shakerproc.recordings.mdf:described", "asammdf")
 
 
-def try_mdf(path: Path) -> None:
-    """Open a file and look at each channel; the process may die of it."""
-    _described(_opened(path, path.name), path.name).source.close()
+def described(path: Path, run: str) -> RawFile:
+    """Return the channels of an MDF file, read in this process.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read.
+    """
+    with foreign(run, "reading the channels"):
+        return _described(_opened(path, run), run)
 
 
 @contextmanager
