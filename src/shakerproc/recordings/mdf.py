@@ -90,7 +90,7 @@ def _opened(path: Path, run: str) -> Any:
     logging.getLogger("asammdf").setLevel(logging.CRITICAL + 1)  # told here, in one line
     with quiet_deletion():
         try:
-            return MDF(path)
+            return MDF(path.open("rb"))
         except Exception as error:  # noqa: BLE001 - whatever the library raises is one line
             cause = " ".join(str(error).split()) or "no reason given"
             problem = f"{type(error).__name__}: {shown(cause, 160)}"
@@ -140,12 +140,15 @@ class MdfSource(SampleSource):
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         out = np.empty((len(rows), max(0, stop - start)))
         if out.size:
+            places = [(None, *self.places[row]) for row in rows]
             with foreign(self.run, "reading the samples"):
-                for line, row in zip(out, rows, strict=True):
-                    values, invalid = _values(self.file, self.places[row], start, stop)
-                    line[:] = values
-                    if invalid is not None:
-                        line[np.asarray(invalid, dtype=bool)] = np.nan
+                signals = self.file.select(
+                    places, record_offset=start, record_count=stop - start, copy_master=False
+                )  # the records of a group are read once for all of its channels
+                for line, signal in zip(out, signals, strict=True):
+                    line[:] = signal.samples
+                    if signal.invalidation_bits is not None:
+                        line[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
         return out
 
     def close(self) -> None:
