@@ -9,6 +9,7 @@ import pickle
 import signal
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from io import BytesIO, FileIO
 from pathlib import Path
@@ -102,7 +103,7 @@ def _serve_file(
     kept: list[Any] = []
     given(answers, *_answer(run, lambda: _described(reader(Path(path), run), kept)))
     while request := message(orders):
-        given(answers, *_answer(run, lambda asked=request: _slice(kept, asked)))
+        given(answers, *_answer(run, partial(_slice, kept, request)))
 
 
 def _answer(run: str, does: Callable[[], tuple[Buffer, ...]]) -> tuple[Buffer, ...]:
