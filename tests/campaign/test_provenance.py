@@ -11,6 +11,7 @@ from tests.campaign.light_work import light_work
 from tests.campaign.test_campaign import HereExecutor, batch
 from tests.small_campaign import write_campaign, write_recording
 
+import shakerproc
 from shakerproc.campaign.jobs import Products
 from shakerproc.cli.batch_output import tell_outdated
 from shakerproc.data import SourceFile
@@ -195,6 +196,24 @@ def test_tests_of_an_older_manifest_are_computed_again_and_it_is_said(tmp_path, 
     third = batch(log, out, on_outdated=tell_outdated)
     assert (third.computed, third.kept) == (0, 2)
     assert capsys.readouterr().err == ""
+
+
+def test_tests_of_another_version_or_log_are_computed_again_and_it_is_said(tmp_path, capsys):
+    log, out = write_campaign(tmp_path, 2, seconds=0.5), tmp_path / "out"
+    batch(log, out)
+    path, version = out / "manifest.json", shakerproc.__version__
+    path.write_text(path.read_text().replace(f'"{version}"', '"0.0.9"'), encoding="utf-8")
+    for entry in json.loads(path.read_text())["runs"].values():  # the version is in each key
+        stale = path.read_text().replace(entry["key"], entry["key"][::-1])
+        path.write_text(stale, encoding="utf-8")
+    batch(log, out, on_outdated=tell_outdated)
+    told = f"2 tests computed again: they are of shakerproc 0.0.9, this is {version}\n"
+    assert capsys.readouterr().err == told
+    batch(log, out, products=Products(figures=False), on_outdated=tell_outdated)
+    assert "2 tests computed again: what the log or the options say" in capsys.readouterr().err
+    next((out / "runs" / "test_1").iterdir()).unlink()
+    batch(log, out, products=Products(figures=False), on_outdated=tell_outdated)
+    assert capsys.readouterr().err.startswith("1 test computed again: ")
 
 
 def test_what_a_test_no_longer_makes_does_not_stay_beside_what_it_makes_now(tmp_path):

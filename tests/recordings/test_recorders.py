@@ -292,3 +292,14 @@ def test_readers_of_recorders_load_their_package_only_for_their_files(tmp_path, 
     path.write_bytes(rpc3_bytes(np.zeros((1, 70), int), [1.0], 0.001))
     with open_recording(path) as found:
         assert found.n_samples == 70
+
+
+@pytest.mark.long
+def test_an_mdf_beyond_200_mb_is_read_like_a_small_one(tmp_path):
+    """From that size on asammdf takes another way through files that it opened itself."""
+    times = np.arange(13_200_000) / 1e4
+    write_mdf(tmp_path / "a.mf4", [[("a", "g", times, np.sin(times))]])
+    assert (tmp_path / "a.mf4").stat().st_size > 200 << 20
+    with open_recording(tmp_path / "a.mf4") as found:
+        last = found.source.read(found.rows, times.size - 3, times.size)
+    assert_array_equal(last[0], np.sin(times[-3:]) * STANDARD_GRAVITY)

@@ -6,8 +6,8 @@ from tests.recordings.shared_data import FOLDER
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import guard, open_recording, write_parquet
-from shakerproc.recordings.guard import check_survived
+from shakerproc.recordings import apart, open_recording, write_parquet
+from shakerproc.recordings.apart import check_survived
 
 ABORTS = FOLDER.parent / "cases" / "33-parquet-abort" / "x.parquet"
 
@@ -60,7 +60,7 @@ def test_a_trial_without_an_answer_is_given_up(tmp_path, monkeypatch):
     (tmp_path / "slow.py").write_text("import time\ndef open_it(path):\n    time.sleep(60)\n")
     (tmp_path / "file.x").write_bytes(b"1")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(guard, "LONGEST_S", 0.2)
+    monkeypatch.setattr(apart, "LONGEST_S", 0.2)
     with pytest.raises(RecordingError, match=r"gives up \(no answer for 0\.2 s\)"):
         check_survived(tmp_path / "file.x", "run", "slow:open_it")
 

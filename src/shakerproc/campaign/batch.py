@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from shakerproc import files
+from shakerproc import __version__, files
 from shakerproc.campaign.jobs import (
     NOT_HASHED,
     RUNS,
@@ -88,14 +88,14 @@ class Progress:
     on_start : callable
         Called with the number of tests to do and of those kept.
     on_outdated : callable
-        Called with the number of tests whose results were filed in a way that is not relied on
-        any more, if there are such: they are to do.
+        Called with the number of tests that were done and are to do again though their
+        recordings are the same, if there are such, and with what has changed, a sentence part.
     on_end : callable
         Called with the id of each test as it ends.
     """
 
     on_start: Callable[[int, int], object] = lambda _to_do, _kept: None
-    on_outdated: Callable[[int], object] = lambda _count: None
+    on_outdated: Callable[[int, str], object] = lambda _count, _why: None
     on_end: Callable[[str], object] = lambda _test: None
 
 
@@ -155,6 +155,9 @@ def run_batch(
         for job, key in ready
         if not stands(root, known.runs.get(job.folder.name), key)
     }
+    again = sum(known.runs.get(name, NOTHING).status == "done" for name in to_do)
+    if again:
+        progress.on_outdated(again, _changes(known))
     write_manifest(root, manifest)
     progress.on_start(len(to_do), len(ready) - len(to_do))
     tasks = [Task(name, job) for name, (job, _) in to_do.items()]
@@ -242,7 +245,7 @@ def _changed(test: Test, first: str, now: str) -> ShakerprocError | None:
 
 
 def _known(
-    root: Path, names: Collection[str], on_outdated: Callable[[int], object]
+    root: Path, names: Collection[str], on_outdated: Callable[[int, str], object]
 ) -> Manifest:
     """Return the earlier entries of a folder; of results that are not relied on, only files."""
     check_owner(root, "batch")
@@ -251,9 +254,19 @@ def _known(
         return known
     done = [n for n, entry in known.runs.items() if entry.status == "done" and n in names]
     if done:
-        on_outdated(len(done))
+        on_outdated(
+            len(done),
+            "an older shakerproc took the SHA-256 at another time than it read the recording",
+        )
     files_only = {n: replace(NOTHING, outputs=e.outputs) for n, e in known.runs.items()}
     return Manifest(files_only, files=known.files)
+
+
+def _changes(known: Manifest) -> str:
+    """Return what makes results of the same recordings stale, as a sentence part."""
+    if known.version != __version__:
+        return f"they are of shakerproc {known.version}, this is {__version__}"
+    return "what the log or the options say of them has changed, or a file of results is gone"
 
 
 def _entry(outcome: TaskOutcome, job: Job, key: str, first: str) -> Entry:

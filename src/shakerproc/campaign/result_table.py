@@ -9,7 +9,7 @@ from typing import Any, Final, final
 
 from shakerproc.errors import TableError
 from shakerproc.late import without_parquet
-from shakerproc.recordings.guard import check_survived
+from shakerproc.recordings.apart import check_survived
 from shakerproc.runs.tables import former_note, present_name
 
 

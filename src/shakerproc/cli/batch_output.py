@@ -50,12 +50,9 @@ def work_through_log(
             raise KeyboardInterrupt(output.GO_ON) from stopped
 
 
-def tell_outdated(count: int) -> None:
-    """Say how many tests are computed again though nothing of them has changed."""
-    output.message(
-        f"{count} test{'s' if count > 1 else ''} computed again: an older shakerproc took the "
-        "SHA-256 at another time than it read the recording"
-    )
+def tell_outdated(count: int, why: str) -> None:
+    """Say how many tests are computed again though their recordings are the same, and why."""
+    output.message(f"{count} test{'s' if count > 1 else ''} computed again: {why}")
 
 
 def tell(

@@ -16,7 +16,8 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
-from shakerproc.recordings.guard import AGAIN, check_survived, foreign
+from shakerproc.recordings.apart import opened_apart
+from shakerproc.recordings.guard import AGAIN, foreign
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 
 MAGIC: Final = b"|CF,"
@@ -44,9 +45,7 @@ def read_famos(path: Path, run: str) -> RawFile:
     if lacks := without("imctermite", "imc FAMOS", "recorders", "export it as MAT or CSV"):
         raise RecordingError(f"{run}: {lacks}")
     _check_blocks(path, run)
-    check_survived(path, run, "shakerproc.recordings.famos:try_famos")
-    with foreign(run, "reading the file"):
-        return _described(path, run)
+    return opened_apart(path, run, "shakerproc.recordings.famos:described", "imctermite")
 
 
 def _check_blocks(path: Path, run: str) -> None:
@@ -75,15 +74,6 @@ def _check_blocks(path: Path, run: str) -> None:
                 )
             at = end + 1
             head = file.read(64)
-
-
-def try_famos(path: Path) -> None:
-    """Open a file and read the first values of each channel; the process may die of it."""
-    raw = _described(path, path.name)
-    for group in raw.groups:
-        for channel in group.channels:
-            if channel.row >= 0:
-                raw.source.read([channel.row], 0, min(channel.n_samples, 16))
 
 
 @final
@@ -121,7 +111,7 @@ class FamosSource(SampleSource):
         """Leave the file, which is open only while samples are read."""
 
 
-def _described(path: Path, run: str) -> RawFile:
+def described(path: Path, run: str) -> RawFile:
     """Return the channels of a file.
 
     Raises

@@ -6,7 +6,8 @@ from typing import Any, Final, final
 
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
-from shakerproc.recordings.guard import check_survived, foreign
+from shakerproc.recordings.apart import check_survived
+from shakerproc.recordings.guard import foreign
 from shakerproc.recordings.parquet import file_of_table, read_first_pieces
 from shakerproc.recordings.raw import RawFile
 

@@ -24,9 +24,10 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc.errors import RecordingError
+from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.arrays import ArrayRow, LinesSource, file_of_arrays
 from shakerproc.recordings.columns import RATE_WORD, STEP_WORD
-from shakerproc.recordings.guard import check_survived, foreign, shown
+from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.raw import RawFile, RawGroup
 from shakerproc.recordings.times import SECONDS, is_time
 from shakerproc.recordings.variables import (

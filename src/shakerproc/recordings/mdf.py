@@ -23,7 +23,8 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
-from shakerproc.recordings.guard import AGAIN, check_survived, foreign, shown
+from shakerproc.recordings.apart import opened_apart
+from shakerproc.recordings.guard import AGAIN, foreign, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
@@ -50,19 +51,19 @@ def read_mdf(path: Path, run: str) -> RawFile:
     with path.open("rb") as file:
         if file.read(8) not in MAGIC:
             raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
-    check_survived(path, run, "shakerproc.recordings.mdf:try_mdf")
-    file = _opened(path, run)
-    try:
-        with foreign(run, "reading the channels"):
-            return _described(file, run)
-    except BaseException:
-        file.close()
-        raise
+    return opened_apart(path, run, "shakerproc.recordings.mdf:described", "asammdf")
 
 
-def try_mdf(path: Path) -> None:
-    """Open a file and look at each channel; the process may die of it."""
-    _described(_opened(path, path.name), path.name).source.close()
+def described(path: Path, run: str) -> RawFile:
+    """Return the channels of an MDF file, read in this process.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read.
+    """
+    with foreign(run, "reading the channels"):
+        return _described(_opened(path, run), run)
 
 
 @contextmanager
@@ -89,7 +90,7 @@ def _opened(path: Path, run: str) -> Any:
     logging.getLogger("asammdf").setLevel(logging.CRITICAL + 1)  # told here, in one line
     with quiet_deletion():
         try:
-            return MDF(path)
+            return MDF(path.open("rb"))
         except Exception as error:  # noqa: BLE001 - whatever the library raises is one line
             cause = " ".join(str(error).split()) or "no reason given"
             problem = f"{type(error).__name__}: {shown(cause, 160)}"
@@ -139,12 +140,15 @@ class MdfSource(SampleSource):
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         out = np.empty((len(rows), max(0, stop - start)))
         if out.size:
+            places = [(None, *self.places[row]) for row in rows]
             with foreign(self.run, "reading the samples"):
-                for line, row in zip(out, rows, strict=True):
-                    values, invalid = _values(self.file, self.places[row], start, stop)
-                    line[:] = values
-                    if invalid is not None:
-                        line[np.asarray(invalid, dtype=bool)] = np.nan
+                signals = self.file.select(
+                    places, record_offset=start, record_count=stop - start, copy_master=False
+                )  # the records of a group are read once for all of its channels
+                for line, signal in zip(out, signals, strict=True):
+                    line[:] = signal.samples
+                    if signal.invalidation_bits is not None:
+                        line[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
         return out
 
     def close(self) -> None:

@@ -12,8 +12,9 @@ import numpy as np
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
+from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.columns import Columns, file_of_columns
-from shakerproc.recordings.guard import check_survived, foreign, shown
+from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.parquet_pages import check_pages
 from shakerproc.recordings.raw import RawFile, TimeAxis, TimesInFile
 from shakerproc.recordings.si import split_header

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Protocol, TypeAlias, final
+from typing import Any, BinaryIO, Final, Protocol, TypeAlias, final, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ SILENT: Final = "the file does not say the sample rate"
 WHOLE: Final = slice(None)
 
 
+@runtime_checkable
 class Times(Protocol):
     """Times of the samples, in memory or read a slice at a time."""
 

@@ -10,11 +10,12 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.data import ArraySource, FloatArray
+from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError, SpectraError
 from shakerproc.geometry import Place
 from shakerproc.geometry.data_sets import UffDataSet, UffError, data_sets
 from shakerproc.geometry.universal import Units, units_of, wireframe_of
+from shakerproc.recordings.arrays import ArrayRow, LinesSource
 from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis, half_digit
 from shakerproc.recordings.response_functions import Function, FunctionFile, Kind
@@ -81,10 +82,7 @@ def read_uff(path: Path, run: str) -> RawFile:
         _channel(record, name, row, longest)
         for row, (record, name) in enumerate(zip(records, _names(records), strict=True))
     )
-    most = max(record.values.size for record in records)
-    values = np.full((len(records), most), np.nan)
-    for row, record in enumerate(records):
-        values[row, : record.values.size] = record.values
+    lines = tuple(ArrayRow(record.values, None, upright=True) for record in records)
     notes = [
         f"The file is not whole: it ends inside {shown(c.name)}, {c.n_samples} of "
         f"{c.promised} values."
@@ -102,7 +100,7 @@ def read_uff(path: Path, run: str) -> RawFile:
         )
     if others:
         notes.append(f"Left out, no time records: {others}.")
-    return RawFile((RawGroup("", channels),), ArraySource(values), tuple(notes))
+    return RawFile((RawGroup("", channels),), LinesSource(run, lines), tuple(notes))
 
 
 def _content(path: Path, run: str, advice: str) -> bytes:

@@ -218,7 +218,7 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
     """
     order = _byte_order(there.found.binary, there.body)
     dtype = np.dtype(order + TYPES[there.kind])
-    data = there.content[there.body : there.found.stop]
+    data = memoryview(there.content)[there.body : there.found.stop]  # no copy: files are large
     width = 2 if there.kind in COMPLEX else 1
     mixed = np.dtype([("x", order + "f4"), ("y", dtype, (width,))])
     double = dtype.itemsize == 8 and not there.even
@@ -227,7 +227,8 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
         return np.column_stack([both["x"], both["y"]]).astype(np.float64).reshape(-1)
     if len(data) % dtype.itemsize and not there.found.cut:
         raise UffError(there.body, "a record holds no whole number of numbers")
-    return np.frombuffer(data, dtype, len(data) // dtype.itemsize).astype(np.float64)
+    numbers = np.frombuffer(data, dtype, len(data) // dtype.itemsize)
+    return numbers.astype(np.float64, copy=False)
 
 
 def _byte_order(binary: bytes, place: int) -> str:

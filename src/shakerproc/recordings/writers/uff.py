@@ -129,7 +129,7 @@ def _write(
     file.write("".join(f"{line}\n" for line in lines).encode("ascii", errors="replace"))
     for part in parts:
         file.write(part.astype("<f8").tobytes() if binary else _as_text(part))
-    file.write(b"\n" * binary + MARK.encode())
+    file.write(MARK.encode())  # behind bytes at once: SDynPy takes a line end for one of them
 
 
 def _as_text(numbers: FloatArray) -> bytes:

@@ -1,0 +1,324 @@
+"""Open a file in another process, so that no damaged file harms this one or another file.
+
+Compiled code of a library that meets a damaged file may end its process at once, or write past
+its memory and end it, or change numbers, some files later. A file that is opened apart has a
+process of its own until it is closed: a fork of one that has loaded the library and opened
+nothing, or where there is no fork, such a process itself. Where a library is known to end its
+process at once or never, a trial will do: it is served by one process that goes on.
+"""
+
+import contextlib
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from io import BytesIO, FileIO
+from pathlib import Path
+from typing import Any, Final, cast, final
+
+import numpy as np
+
+from shakerproc.data import FloatArray, SampleSource
+from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import AGAIN
+from shakerproc.recordings.raw import RawFile
+from shakerproc.recordings.serving import DIED, given, message
+
+LONGEST_S: Final = 60.0
+"""An answer that takes longer is given up [s]; the first of a process takes a third."""
+
+_SERVE: Final = "from shakerproc.recordings.serving import serve; serve()"
+
+_ALONE: Final = dict.fromkeys(("OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
+"""No threads: a fork has none of them."""
+
+_ONE_AT_A_TIME: Final = threading.Lock()
+
+
+def check_survived(path: Path, run: str, trial: str) -> None:
+    """Pass a file whose opening does not end the process that opens it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    run : str
+        Opens the message.
+    trial : str
+        Place of the function of the path that may die, such as ``module:function``. Whatever
+        it raises is no matter here.
+
+    Raises
+    ------
+    RecordingError
+        If the process died, with the signal.
+    """
+    stamp = path.stat()
+    problem = _death(path.absolute(), (stamp.st_mtime_ns, stamp.st_size), trial)
+    if problem:
+        raise RecordingError(_gives_up(run, problem))
+
+
+def opened_apart(path: Path, run: str, reader: str, library: str) -> RawFile:
+    """Return a file that another process reads, a slice at a time.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    run : str
+        Opens every message.
+    reader : str
+        Place of the function from path and run to a `RawFile`, such as ``module:function``.
+    library : str
+        Package that it needs, loaded once for all files where there is a fork.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or the process died.
+    """
+    try:
+        process = _idle(os.getpid()).pop()
+    except IndexError:
+        process = _Process()
+    file = _FileApart(run, process)
+    try:
+        return cast("RawFile", file.asked((reader, library, str(path.absolute()), run)))
+    except BaseException:
+        file.close()
+        raise
+
+
+def _gives_up(run: str, problem: str) -> str:
+    return f"{run}: the library that reads it gives up ({problem}): it is damaged. {AGAIN}"
+
+
+@lru_cache(maxsize=256)
+def _death(path: Path, _: tuple[int, int], trial: str) -> str:
+    """Return how the process died that opened a file; empty where it did not.
+
+    Only a process that has opened nothing before bears witness against a file: another may
+    die of what an earlier one has done to its memory.
+    """
+    with _ONE_AT_A_TIME:
+        while True:
+            process = _process(os.getpid(), _places())
+            fresh = not process.used
+            if process.ask((trial, "", str(path), None)):
+                return ""
+            _process.cache_clear()
+            if fresh:
+                return process.how_it_died()
+
+
+@final
+class _Process:
+    """A process that opens one file after the other, until it dies of one or we end."""
+
+    def __init__(self) -> None:
+        self.used = False
+        self._late = False
+        self._process = subprocess.Popen(  # noqa: S603 - this interpreter, with lines of ours
+            [sys.executable, "-P", "-c", _SERVE],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            process_group=0 if hasattr(os, "killpg") else None,  # its fork is killed with it
+            cwd=Path(sys.executable).parent,  # no folder of the user's is kept in use
+            env={**os.environ, **_ALONE, "PYTHONPATH": _places()},
+        )
+        self.end = weakref.finalize(self, _end, self._process)
+
+    def ask(self, request: object = None) -> bytearray:
+        """Return what it says next, to a request or by itself; empty where it died."""
+        self.used = True
+        timer = threading.Timer(LONGEST_S, self._give_up)
+        timer.start()
+        try:
+            with contextlib.suppress(OSError):  # it is dead: nothing is answered
+                if request is not None:
+                    given(cast("FileIO", self._process.stdin), pickle.dumps(request))
+            return message(cast("FileIO", self._process.stdout))
+        except BaseException:
+            _process.cache_clear()  # its answer is still to come
+            self.end()
+            raise
+        finally:
+            timer.cancel()
+
+    def leave(self) -> bool:
+        """Close the file that it reads; return whether it goes on with another."""
+        with contextlib.suppress(OSError):
+            given(cast("FileIO", self._process.stdin), b"")
+        return self.end.alive and hasattr(os, "fork")
+
+    def how_it_died(self) -> str:
+        """Return the signal or the status; empty where it ended like any program."""
+        status = self._process.wait()
+        if self._late:
+            return f"no answer for {LONGEST_S:g} s"
+        if status in {0, 1}:
+            return ""
+        known = {int(one): one.name for one in signal.Signals}
+        return known.get(max(-status, status - DIED), f"status {status}")
+
+    def _give_up(self) -> None:
+        self._late = True
+        _kill(self._process)
+
+
+@final
+class _FileApart:
+    """A file in another process, which serves no other one meanwhile.
+
+    Parameters
+    ----------
+    run : str
+        Opens every message.
+    process : _Process
+        The process.
+    """
+
+    def __init__(self, run: str, process: _Process) -> None:
+        self._run = run
+        self._process: _Process | None = process
+        self._lock = threading.Lock()
+
+    def asked(self, request: tuple[object, ...]) -> Any:
+        """Return the answer to a request: a `RawFile`, or samples [unit of the file].
+
+        Raises
+        ------
+        RecordingError
+            If it is closed, the process died, or it says what is wrong with the file.
+        """
+        with self._lock:
+            process = self._process
+            if process is None:
+                raise RecordingError(f"{self._run}: the recording is closed. Open it again.")
+            try:
+                answer = _Answer(process.ask(request), self).load()
+                if isinstance(answer, tuple):
+                    return np.frombuffer(process.ask()).reshape(answer)
+            except (EOFError, ValueError, TypeError, pickle.UnpicklingError) as error:
+                self._process = None
+                told = process.how_it_died() or "it has ended"
+                raise RecordingError(_gives_up(self._run, told)) from error
+        if isinstance(answer, str):
+            raise RecordingError(answer)
+        return answer
+
+    def close(self) -> None:
+        """Let the process go on with another file."""
+        with self._lock:
+            process, self._process = self._process, None
+            if process is None:
+                return
+            if process.leave():
+                _idle(os.getpid()).append(process)
+            else:
+                process.end()
+
+
+@final
+class _Answer(pickle.Unpickler):  # noqa: S301 - of a process of ours
+    """What a process says of a file: what stays there is read from there."""
+
+    def __init__(self, answer: bytearray, file: _FileApart) -> None:
+        super().__init__(BytesIO(answer))
+        self._file = file
+
+    def persistent_load(self, pid: tuple[int, int]) -> Any:
+        place, size = pid
+        if size < 0:
+            return SourceApart(self._file, place)
+        return TimesApart(self._file, place, size)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SourceApart(SampleSource):
+    """Samples of a file that another process reads.
+
+    Attributes
+    ----------
+    file : _FileApart
+        The file.
+    place : int
+        Number of the source there.
+    """
+
+    file: _FileApart
+    place: int
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        asked: FloatArray = self.file.asked((self.place, list(rows), start, stop))
+        return asked
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TimesApart:
+    """Times of samples in a file that another process reads.
+
+    Attributes
+    ----------
+    file : _FileApart
+        The file.
+    place : int
+        Number of the times there.
+    size : int
+        How many there are.
+    """
+
+    file: _FileApart
+    place: int
+    size: int
+
+    def __getitem__(self, key: slice) -> FloatArray:
+        first, last, _ = key.indices(self.size)
+        asked: FloatArray = self.file.asked((self.place, None, first, max(first, last)))
+        return asked
+
+
+def _places() -> str:
+    """Return where this process finds modules."""
+    return os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
+
+
+@lru_cache(maxsize=1)
+def _process(_: int, __: str) -> _Process:
+    """Return the process of trials of this one, which finds modules in some places."""
+    return _Process()
+
+
+@lru_cache(maxsize=1)
+def _idle(_: int) -> list[_Process]:
+    """Return the processes of this one that wait for a file to open."""
+    return []
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    with process:
+        _kill(process)
+
+
+def _kill(process: "subprocess.Popen[bytes]") -> None:
+    """Kill a process that was not waited for yet, and its fork."""
+    if hasattr(os, "killpg") and process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
