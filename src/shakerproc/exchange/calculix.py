@@ -99,7 +99,7 @@ def read_frd(path: Path) -> CalculixModes:
         If it holds none, or is damaged; the line is named.
     """
     file = _File(path, _content(path))
-    nodes, found, steps = np.zeros(0), list(_shapes(file)), set(_steps(file))
+    found, steps = list(_shapes(file)), set(_steps(file))
     if not found:
         raise ExchangeError(
             f"{path.name}: no displacements of modes; ask for them with U below *NODE FILE in "

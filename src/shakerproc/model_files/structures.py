@@ -120,7 +120,8 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
     DocumentError
         If its shapes do not fit its points, a mode moves none, or a name stands twice.
     """
-    root, shares = _root_of_unit(document, where, said.mass_unit), None
+    root = _root_of_unit(document, where, said.mass_unit)
+    shares: FloatArray | None = None
     if said.modes_from is None:
         points, positions = said.points, dict(said.positions)
         _check_points(document, where, points)

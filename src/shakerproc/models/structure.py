@@ -382,9 +382,9 @@ def seen_rigid_modes(shapes: FloatArray, rigid: NDArray[np.bool_]) -> FloatArray
     if not rigid.any():
         return turn
     _, sizes, mixed = np.linalg.svd(shapes[:, rigid], full_matrices=False)
-    moving = sizes > _MOVED * np.max(sizes)
-    if np.count_nonzero(moving) < np.count_nonzero(rigid):
-        block = np.zeros((rigid.sum(), rigid.sum()))
+    moving, count = sizes > _MOVED * np.max(sizes), int(np.count_nonzero(rigid))
+    if np.count_nonzero(moving) < count:
+        block = np.zeros((count, count))
         block[:, : np.count_nonzero(moving)] = mixed[moving].T
         turn[np.ix_(rigid, rigid)] = block
     return turn
