@@ -61,7 +61,13 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         Those that are held out are only scored.
     say : callable
         Called with what is being tried.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests leave nothing to judge by; before the long work.
     """
+    usable_forms(campaign_of(model, tests))
     if model.excitation.role is None:
         return _begun(model, fit_linear(model, tests), tests, say).ended(say)
     say("linear model")
@@ -164,7 +170,7 @@ def _begun(
     """
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
-    forms = usable_forms(campaign)  # before the long work
+    forms = usable_forms(campaign)
     say("the model's own numbers")
     linear = own_numbers(campaign, linear_model)
     rigid = rigid_joints(campaign.data)

@@ -1,4 +1,4 @@
-"""Modes as other programs write them: a table, UFF data set 55, Nastran punch."""
+"""Modes as other programs write them: a table, UFF data set 55, Nastran punch, CalculiX."""
 
 import csv
 import math
@@ -12,6 +12,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ExchangeError
+from shakerproc.exchange.calculix import CalculixModes, read_dat, read_frd
 from shakerproc.exchange.nastran_punch import COMPONENTS, read_modes
 from shakerproc.geometry import Place
 from shakerproc.geometry.data_sets import UffError, data_sets
@@ -47,18 +48,22 @@ class ModeTable:
         Normalised for a unit mass of the file.
     damping_ratios : (n_modes,) array, optional
         None where the file has none [-].
-    participations : (n_modes,) array, optional
-        In a base acceleration; None where the file has none [root of its unit of mass].
+    participations : mapping of str to (n_modes,) array
+        In an acceleration of the base along ``x``, ``y`` or ``z``, or, of the empty string,
+        along the one direction there is [root of its unit of mass].
     positions : mapping of str to (x, y, z)
-        Of places, where the file holds nodes with coordinates [m].
+        Of places, where the file holds nodes with coordinates [m, or its unit of length].
+    states_length : bool
+        Whether positions are in metres; else the file does not say in what they are.
     """
 
     places: tuple[str, ...]
     frequencies: FloatArray
     shapes: FloatArray
     damping_ratios: FloatArray | None = None
-    participations: FloatArray | None = None
+    participations: Mapping[str, FloatArray] = field(default_factory=dict)
     positions: Mapping[str, Place] = field(default_factory=dict)
+    states_length: bool = True
 
 
 def read_mode_file(path: Path) -> ModeTable:
@@ -105,7 +110,7 @@ def _read_table(path: Path) -> ModeTable:
         columns[_FREQUENCY],
         np.array([columns[name] for name in places]),
         columns.get(_DAMPING),
-        columns.get(_PARTICIPATION),
+        {"": columns[_PARTICIPATION]} if _PARTICIPATION in columns else {},
     )
 
 
@@ -256,10 +261,35 @@ def _read_punch(path: Path) -> ModeTable:
     )
 
 
+def _of_calculix(read: Callable[[Path], CalculixModes]) -> Callable[[Path], ModeTable]:
+    """Return a reader of modes that CalculiX normalised: for unit mass."""
+
+    def reader(path: Path) -> ModeTable:
+        found = read(path)
+        directions = COMPONENTS[: found.shapes.shape[1]]
+        return ModeTable(
+            tuple(f"{node}/{axis}" for node in found.nodes for axis in directions),
+            found.frequencies,
+            found.shapes.reshape(-1, found.frequencies.size),
+            participations=found.participations,
+            positions={
+                f"{node}/{axis}": found.positions[node]
+                for node in found.nodes
+                if node in found.positions
+                for axis in directions
+            },
+            states_length=False,
+        )
+
+    return reader
+
+
 READERS: Final[Mapping[str, Callable[[Path], ModeTable]]] = MappingProxyType({
     ".csv": _read_table,
     ".uff": _read_uff,
     ".unv": _read_uff,
     ".pch": _read_punch,
+    ".frd": _of_calculix(read_frd),
+    ".dat": _of_calculix(read_dat),
 })
 """Readers of files with modes, by their endings."""

@@ -78,6 +78,7 @@ class StructureSchema(Section):
     )
     mass: Annotated[float | None, in_unit("kg", positive=True)] = None
     mass_unit: str = "kg"
+    length_unit: str | None = None
 
 
 class ModelSchema(Section):

@@ -7,12 +7,19 @@ from typing import Any, Final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.documents import Document, read_document
-from shakerproc.exchange.mode_files import READERS, read_mode_file
+from shakerproc.exchange.mode_files import READERS, ModeTable, read_mode_file
 from shakerproc.geometry import Place
 from shakerproc.model_files.schema import ModelSchema, StructureSchema
 from shakerproc.models.model import BASE, Excitation
-from shakerproc.models.structure import Structure, StructureMode
+from shakerproc.models.structure import (
+    Structure,
+    StructureMode,
+    base_participations,
+    check_mass,
+    seen_rigid_modes,
+)
 from shakerproc.units import quoted, to_si
 
 YAML: Final = (".yaml", ".yml")
@@ -114,6 +121,7 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
         If its shapes do not fit its points, a mode moves none, or a name stands twice.
     """
     root = _root_of_unit(document, where, said.mass_unit)
+    shares: FloatArray | None = None
     if said.modes_from is None:
         points, positions = said.points, dict(said.positions)
         _check_points(document, where, points)
@@ -121,7 +129,7 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
             raise document.error((*where, "modes"), "expected modes; a structure moves in them")
         modes = tuple(_mode(document, where, said, i, root) for i in range(len(said.modes)))
     else:
-        points, modes, positions = _modes_of_file(document, where, said, root)
+        points, modes, positions, shares = _modes_of_file(document, where, said, root)
         _check_points(document, where, points)
     if said.direction is not None and not any(
         point.endswith(f"/{said.direction}") for point in points
@@ -140,7 +148,8 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
         raise document.error((*where, "residual"), str(error)) from error
     if said.mass is not None:
         try:
-            structure.check_mass(said.mass)
+            shares = structure.participations if shares is None else shares
+            check_mass(shares, said.mass, fixed=structure.of_fixed_base)
         except ValueError as error:
             raise document.error((*where, "mass"), str(error)) from error
     return structure
@@ -175,8 +184,11 @@ def _check_points(document: Document[Any], where: Where, points: Sequence[str]) 
 
 def _modes_of_file(
     document: Document[Any], where: Where, said: StructureSchema, root: float
-) -> tuple[tuple[str, ...], tuple[StructureMode, ...], dict[str, Place]]:
+) -> tuple[tuple[str, ...], tuple[StructureMode, ...], dict[str, Place], FloatArray | None]:
     """Return points, modes and positions of a structure whose modes stand in another file.
+
+    The last are the participations of all modes of the file [sqrt(kg)], as far as it tells
+    them; those that move no point are no modes of the structure.
 
     Raises
     ------
@@ -188,7 +200,8 @@ def _modes_of_file(
     named, here = str(said.modes_from), (*where, "modes_from")
     table = read_mode_file(_beside(document, here, named, tuple(READERS)))
     points = said.points or tuple(said.nodes) or table.places
-    rows, positions = [], dict(said.positions)
+    rows, places, positions = [], [], dict(said.positions)
+    known = _in_metres(document, where, said, table)
     row_of = {place: row for row, place in enumerate(table.places)}
     for point in points:
         place = "/".join(said.nodes.get(point, point).split(maxsplit=1))
@@ -199,9 +212,10 @@ def _modes_of_file(
             raise document.error(
                 (*where, key), f"{named} has no place {quoted(place)}; it has {some}"
             )
+        places.append(place)
         rows.append(table.shapes[row_of[place]])
-        if place in table.positions and point.rpartition("/")[0] not in said.positions:
-            positions.setdefault(point, table.positions[place])
+        if place in known and point.rpartition("/")[0] not in said.positions:
+            positions.setdefault(point, known[place])
     damping = table.damping_ratios
     if said.damping_ratio is not None:
         damping = np.full(table.frequencies.size, said.damping_ratio)
@@ -209,19 +223,65 @@ def _modes_of_file(
         raise document.error(
             here, f"{named} holds no damping; state damping_ratio: 0.01, say, of all modes"
         )
-    shapes = np.array(rows).T / root
+    turn = seen_rigid_modes(np.array(rows), table.frequencies == 0.0)
+    shapes = (np.array(rows) @ turn).T / root
     moving = [i for i, shape in enumerate(shapes) if np.any(shape)]
-    shares = table.participations
+    shares = _participations_of(table, _axis_of(said, places))
+    shares = None if shares is None else shares * root
+    turned = None if shares is None else shares @ turn
     found = tuple(
         StructureMode(
             float(table.frequencies[i]),
             float(damping[i]) if table.frequencies[i] else 0.0,
             tuple(shapes[i]),
-            None if shares is None else float(shares[i] * root),
+            None if turned is None else float(turned[i]),
         )
         for i in moving
     )
-    return points, found, positions
+    return points, found, positions, shares
+
+
+def _axis_of(said: StructureSchema, places: Sequence[str]) -> str:
+    """Return the direction in which the base moves; empty where it is not one of the file."""
+    axes = {said.direction} if said.direction else {p.rpartition("/")[2] for p in places}
+    return axes.pop() or "" if len(axes) == 1 else ""
+
+
+def _participations_of(table: ModeTable, axis: str) -> FloatArray | None:
+    """Return the participations along a direction of the base; None where its points say.
+
+    As the file states them; else by all of its places, of which the points of a model are few:
+    two tell no motion without a tilt from one with it.
+    """
+    stated = table.participations.get(axis, table.participations.get(""))
+    wanted = np.array([float(place.endswith(f"/{axis}")) for place in table.places])
+    if stated is not None or not axis or not wanted.any():
+        return stated
+    return base_participations(table.shapes, table.frequencies == 0.0, wanted)
+
+
+def _in_metres(
+    document: Document[Any], where: Where, said: StructureSchema, table: ModeTable
+) -> Mapping[str, Place]:
+    """Return where the places of a file are [m]; nothing where nobody says its unit.
+
+    Raises
+    ------
+    DocumentError
+        If a unit is stated that is none of a length, or that the file states itself.
+    """
+    if said.length_unit is None:
+        return table.positions if table.states_length else {}
+    here = (*where, "length_unit")
+    if table.states_length:
+        raise document.error(here, f"{said.modes_from} states units itself; leave it out")
+    try:
+        unit = to_si(f"1 {said.length_unit}", "m")
+    except ValueError as error:
+        raise document.error(here, str(error)) from error
+    return {
+        place: (unit * x, unit * y, unit * z) for place, (x, y, z) in table.positions.items()
+    }
 
 
 def _root_of_unit(document: Document[Any], where: Where, unit: str) -> float:

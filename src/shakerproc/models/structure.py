@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
@@ -264,29 +265,6 @@ class Structure:
             return np.ones(len(self.points))
         return np.array([float(p.endswith(f"/{self.direction}")) for p in self.points])
 
-    def check_mass(self, mass: float) -> None:
-        r"""Pass modes that move the mass of the structure with the base [kg].
-
-        All of it by rigid-body modes, at most all by those of a fixed base:
-
-        .. math:: \textstyle\sum_r \gamma_r^2 = m
-
-        Raises
-        ------
-        ValueError
-            If they do not: units of the shapes, or the mass for which they are normalised.
-        """
-        moved = float(np.sum(self.participations**2))
-        enough = self.of_fixed_base or moved > (1.0 - MASS_TOLERANCE) * mass
-        if not enough or moved > (1.0 + MASS_TOLERANCE) * mass:
-            advice = " The factor of 1000 is that of tonnes: state mass_unit: t."
-            factor = mass / moved
-            near = any(abs(factor / f - 1.0) < 0.1 for f in (1e-3, 1e3))
-            raise ValueError(
-                f"the modes move {moved:.4g} kg with the base, and mass says {mass:.4g} kg."
-                + (advice if near else " Check how the shapes are normalised")
-            )
-
     @cached_property
     def participations(self) -> FloatArray:
         r"""Participation of what is carried in a base acceleration, (n,) array [sqrt(kg)].
@@ -304,18 +282,109 @@ class Structure:
         if any(value is not None for value in stated):
             return np.array([value or 0.0 for value in stated])
         rigid = np.array([mode.rigid for mode in self.carried])
-        found = np.zeros(rigid.size)
         if not rigid.any():
             raise ValueError(
                 "no rigid-body mode (0 Hz) and no participation, so that nothing says how a "
                 "base acceleration acts. State participation of each mode, in sqrt(kg)"
             )
-        wanted, spanned = self.moved_by_base, self.shapes[:, rigid]
-        found[rigid] = np.linalg.lstsq(spanned, wanted, rcond=None)[0]
-        left = np.max(np.abs(spanned @ found[rigid] - wanted))
-        if left > _MOVED:
+        found = base_participations(self.shapes, rigid, self.moved_by_base)
+        if found is None:
             raise ValueError(
                 f"no sum of the rigid-body modes (0 Hz) moves all points as the base does: "
-                f"{left:.2g} of it is left. Check their shapes, or state participation"
+                f"more than {_MOVED:.2g} of it is left. Check their shapes, or state "
+                "participation"
             )
         return found
+
+
+def base_participations(
+    shapes: FloatArray, rigid: NDArray[np.bool_], moved: FloatArray
+) -> FloatArray | None:
+    r"""Return the participations of modes in the motion of the base, in which points move.
+
+    .. math:: \textstyle\sum_r \phi_{pr} \gamma_r = m_p
+
+    Parameters
+    ----------
+    shapes : (n_points, n_modes) array
+        Mass-normalised [1/sqrt(kg)].
+    rigid : (n_modes,) array of bool
+        Which modes are those of a rigid body.
+    moved : (n_points,) array
+        Displacement of each point where all moves with the base, :math:`m_p` [-].
+
+    Returns
+    -------
+    (n_modes,) array, optional
+        :math:`\gamma`, 0 of elastic modes; None where rigid-body modes do not move so
+        [sqrt(kg)].
+    """
+    found = np.zeros(rigid.size)
+    found[rigid] = np.linalg.lstsq(shapes[:, rigid], moved, rcond=None)[0]
+    left = np.max(np.abs(shapes @ found - moved))
+    return found if left <= _MOVED else None
+
+
+def check_mass(participations: FloatArray, mass: float, *, fixed: bool) -> None:
+    r"""Pass modes that move the mass of a structure with the base.
+
+    All of it by rigid-body modes, at most all by those of a fixed base:
+
+    .. math:: \textstyle\sum_r \gamma_r^2 = m
+
+    Parameters
+    ----------
+    participations : (n_modes,) array
+        :math:`\gamma` [sqrt(kg)].
+    mass : float
+        [kg].
+    fixed : bool
+        Whether the modes are those of a fixed base.
+
+    Raises
+    ------
+    ValueError
+        If they do not: units of the shapes, or the mass for which they are normalised.
+    """
+    moved = float(np.sum(participations**2))
+    enough = fixed or moved > (1.0 - MASS_TOLERANCE) * mass
+    if not enough or moved > (1.0 + MASS_TOLERANCE) * mass:
+        advice = " The factor of 1000 is that of tonnes: state mass_unit: t."
+        factor = mass / moved
+        near = any(abs(factor / f - 1.0) < 0.1 for f in (1e-3, 1e3))
+        raise ValueError(
+            f"the modes move {moved:.4g} kg with the base, and mass says {mass:.4g} kg."
+            + (advice if near else " Check how the shapes are normalised")
+        )
+
+
+def seen_rigid_modes(shapes: FloatArray, rigid: NDArray[np.bool_]) -> FloatArray:
+    r"""Return how rigid-body modes are mixed, so that as few as can be move the points.
+
+    All have 0 Hz, so that any turn of them is a set of rigid-body modes as good: that by the
+    right singular vectors of their shapes leaves those that move no point, such as the motion
+    in a plane where points are seen across it. Those need nothing that holds them.
+
+    Parameters
+    ----------
+    shapes : (n_points, n_modes) array
+        [1/sqrt(kg)].
+    rigid : (n_modes,) array of bool
+        Which modes are those of a rigid body.
+
+    Returns
+    -------
+    (n_modes, n_modes) array
+        By which shapes and participations are multiplied [-]; columns of what moves no point
+        are 0, and that of elastic modes is the identity.
+    """
+    turn = np.eye(rigid.size)
+    if not rigid.any():
+        return turn
+    _, sizes, mixed = np.linalg.svd(shapes[:, rigid], full_matrices=False)
+    moving, count = sizes > _MOVED * np.max(sizes), int(np.count_nonzero(rigid))
+    if np.count_nonzero(moving) < count:
+        block = np.zeros((count, count))
+        block[:, : np.count_nonzero(moving)] = mixed[moving].T
+        turn[np.ix_(rigid, rigid)] = block
+    return turn

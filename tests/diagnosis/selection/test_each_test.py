@@ -83,6 +83,14 @@ def test_an_effect_that_two_tests_show_is_not_that_of_one(found):
     assert shown_by_one(found, simulated_by(found.data, found.form, (0.0, 0.0, 0.0))) is None
 
 
+def test_a_test_that_may_show_an_effect_leaves_no_other_alone_with_it(found, monkeypatch):
+    """A fall that is half of what it may be off by says neither yes nor no."""
+    found.linear = score(0.0, 0.05, 0.3)
+    unsure = iter([(0.0, 1e-4), (0.05, 0.1), (0.3, 1e-3)] * 2)
+    monkeypatch.setattr(each_test, "fall", lambda *_: next(unsure))
+    assert shown_by_one(found, simulated_by(found.data, found.form, (0.0, 0.0, 0.0))) is None
+
+
 def test_old_and_new_of_what_was_off_are_told():
     stiffness = Estimate(6.89e5, 6.8e5, 7.0e5, "N/m", 0.01, 0.0)
     assert number_wording.off_sentences({"stiffness base-top": (5.96e5, stiffness)}) == [

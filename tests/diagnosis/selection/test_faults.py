@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.result import Finding
 from shakerproc.diagnosis.selection.faults import doubted
@@ -36,3 +37,16 @@ def found(left, late=(), floor=0.01):
 )
 def test_what_is_left_doubts_gains_and_delays_that_were_not_seen_before(of, in_doubt):
     assert doubted(of, None, FAULTS) == in_doubt
+
+
+@pytest.mark.parametrize(
+    ("band", "counts"),
+    [
+        ((2.0, 15.0), False),
+        ((20.0, 2000.0), True),
+        ((80.0, 120.0), True),
+        ((110.0, 140.0), False),
+    ],
+)
+def test_hum_counts_where_the_mains_or_a_harmonic_lies_in_the_band(band, counts):
+    assert Hum(0, 50.0).is_in(band) is counts

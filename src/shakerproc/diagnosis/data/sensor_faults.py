@@ -68,6 +68,10 @@ class Hum:
     sensor: int
     frequency: float
 
+    def is_in(self, band: tuple[float, float]) -> bool:
+        """Return whether a harmonic lies in a band [Hz]: elsewhere no error counts it."""
+        return any(band[0] <= n * self.frequency <= band[1] for n in HARMONICS)
+
 
 def hum_of(residuals: Sequence[FloatArray], rates: Sequence[float]) -> tuple[Hum, ...]:
     """Return the hum that most tests show in what a model leaves.

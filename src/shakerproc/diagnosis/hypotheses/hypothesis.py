@@ -6,6 +6,7 @@ from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.hypotheses.own_numbers import (
@@ -27,7 +28,8 @@ FARTHEST: Final = float(np.exp(3.0 * OWN_SPREAD))
 deviations: a unit is wrong, or it imitates something, as damping a joint that holds [-]."""
 
 FAR: Final = 3.0
-"""The same in standard deviations of what is known of a number beforehand [-]."""
+"""The same in standard deviations of what is known of a number beforehand, where a model has
+one; of several the farthest may depart as far by the same chance [-]."""
 
 OWN_REACH: Final = 7.0
 """Largest change of that logarithm: a factor of 1000 [-]."""
@@ -195,7 +197,8 @@ class Hypothesis:
     def far(self, x: FloatArray) -> NDArray[np.bool_]:
         """Return which of the model's own numbers are not its own any more, by x [-]."""
         own = len(self.own)
-        return np.asarray(np.abs(x[:own]) > FAR * self.prior_spread()[:own])
+        farthest = -ndtri(ndtr(-FAR) / max(own, 1))  # an elastic body has dozens
+        return np.asarray(np.abs(x[:own]) > farthest * self.prior_spread()[:own])
 
     def with_added(self, one: Addition) -> "Hypothesis":
         """Return the hypothesis with one more effect, whose coordinates come last in x."""

@@ -77,10 +77,11 @@ def unexplained_tests(found: Found, score: Score, simulated: Simulated) -> list[
 
 
 def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
-    """Return the test that alone shows what was chosen; None where several do, or one is all.
+    """Return the test that alone shows what was chosen; None where another may, or one is all.
 
     A test shows it where its error surely falls, by a tenth at least, from the model that
-    stands without any effect. `simulated` is by what was chosen.
+    stands without any effect, and does not where it surely falls by less. `simulated` is by
+    what was chosen.
     """
     shown: dict[int, tuple[Scored, bool]] = {}
     seen: set[int] = set()
@@ -90,8 +91,11 @@ def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
         for i in before.keys() & after.keys():
             seen.add(i)
             less, spread = fall((before[i],), (after[i],))
-            if less > max(SURE * spread, TENTH * free_run_error([before[i]])):
+            tenth = TENTH * free_run_error([before[i]])
+            if less > max(SURE * spread, tenth):
                 shown.setdefault(i, (after[i], fitted))
+            elif less + SURE * spread > tenth:
+                return None
     if len(shown) != 1 or len(seen) < 2:
         return None
     (i, (scored, fitted)), *_ = shown.items()

@@ -75,8 +75,9 @@ def _in_the_samples(found: Found, sensor: int, name: str) -> list[Finding]:
         unit = "m/s^2" if found.data.model.sensors[name].measures == "acceleration" else ""
         level = _level(reached, unit)
         out.append(Finding("clipping", (name,), {"level": level}))
+    bands = [test.error_band for test in found.data.tests]
     for hum in found.hums:
-        if hum.sensor == sensor:
+        if hum.sensor == sensor and any(hum.is_in(band) for band in bands):
             line = Estimate(hum.frequency, hum.frequency, hum.frequency, "Hz")
             out.append(Finding("mains_hum", (name,), {"frequency": line}))
     return out
