@@ -81,7 +81,8 @@ def _plot(one: TestForecast, found: CampaignForecast, name: str) -> Plot:
     low, high = one.planned.excited
     kept = (one.made.frequency >= low) & (one.made.frequency <= high)
     frequency = one.made.frequency[kept]
-    drawn = one.made.densities[name][:, kept] / factor**2
+    carried_on = np.median(one.spreads[rms].drawn / one.made.values[rms])  # from a level run
+    drawn = one.made.densities[name][:, kept] * (carried_on / factor) ** 2
     under, over = _band(drawn, one.spreads[rms])
     predicted = Curve("predicted", frequency, np.median(drawn, axis=0), PREDICTED)
     curves = []
