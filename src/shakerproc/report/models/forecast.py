@@ -231,7 +231,8 @@ def _rests_on(found: CampaignForecast) -> ReportSection:
         for one in errors
         if one.distance_db
     ]  # fmt: skip
-    fitted = max((abs(one.error_db) for one in errors if not one.distance_db), default=0.0)
+    known = [one.of_model.error_db for one in errors if not one.distance_db]
+    fitted = max(map(abs, known), default=0.0)
     names = ("test", "response", "quantity", "level", "predicted", "measured", "error")
     return ReportSection(
         "What the bands rest on",
