@@ -1,13 +1,11 @@
 """Forecasts of blind campaigns: levels up to L fitted, L + 6 dB and L + 12 dB forecast.
 
-``python -m benchmarks.forecast [FIRST [COUNT]] [--store FILE] [--notches]``. The model of each
-campaign is the nominal one with the hidden effect, all its numbers 10 % off; of a class that
-begins with ``without:`` the effect is left out, so that the model is incomplete. Sensors are
+``python -m benchmarks.forecast [FIRST [COUNT]] [--store FILE] [--classes A,B]``. The model of
+each campaign is the nominal one with the hidden effect, all its numbers 10 % off; of a class
+that begins with ``without:`` the effect is left out: an incomplete library. Sensors are
 calibrated to 1 %. The truth of the next level is simulated by the code of the hidden campaigns,
 which shares none with the program. Linear scaling stands beside the forecast. ``--store`` keeps
-the values: campaigns that are there already are not run again. ``--notches`` plans notches for
-the level 6 dB above that keep the largest response at 70 %, and counts how often it breaks the
-limit in the truth.
+the values: campaigns that are there already are not run again.
 """
 
 import argparse
@@ -22,16 +20,18 @@ import numpy as np
 from blind.campaigns import Drawn
 from blind.excitations import SAMPLE_RATE
 from blind.recorder import responses
+from blind.truth import Motion
 
 from blind import campaigns, folder
+from shakerproc.comparison import Measured
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.errors import ShakerprocError
 from shakerproc.forecasts import TestForecast, forecast_tests
 from shakerproc.forecasts.quantities import densities
 from shakerproc.model_files import read_model
-from shakerproc.models import EFFECTS, Element
-from shakerproc.testlog import Test, read_testlog
+from shakerproc.models import EFFECTS, Element, Model
+from shakerproc.testlog import Test, TestLog, read_testlog
 
 CLASSES = (
     "none", "gap", "cubic_stiffness", "coulomb_friction", "chain:gap", "force:cubic_stiffness",
@@ -74,8 +74,18 @@ class Score:
         return 20.0 * abs(float(np.log10(value / self.truth)))
 
 
-def campaign(seed: int, text: str) -> Iterator[Score]:
-    """Yield the scores of one campaign."""
+@dataclass(frozen=True)
+class Ready:
+    """A campaign with its model and its tests as the program reads them."""
+
+    drawn: Drawn
+    model: Model
+    log: TestLog
+    tests: tuple[Measured, ...]
+
+
+def ready(seed: int, text: str) -> Ready:
+    """Return the campaign of this seed and class."""
     incomplete = text.startswith("without:")
     drawn = campaigns.draw_all(seed, f"{text.removeprefix('without:')}@gain_error")
     with tempfile.TemporaryDirectory(prefix="forecast-") as place:
@@ -83,8 +93,15 @@ def campaign(seed: int, text: str) -> Iterator[Score]:
         log, model = read_testlog(log_path), read_model(model_path)
         if not incomplete:
             model = replace(model, elements=(*model.elements, *_effects(drawn)))
-        planned = [_planned(log.tests[2], drawn, above) for above in ABOVE_DB]
-        found = forecast_tests(model, log, tests_of(log, model).tests, planned)
+        return Ready(drawn, model, log, tuple(tests_of(log, model).tests))
+
+
+def campaign(seed: int, text: str) -> Iterator[Score]:
+    """Yield the scores of one campaign."""
+    own = ready(seed, text)
+    drawn, log = own.drawn, own.log
+    planned = [planned_test(log.tests[2], drawn, above) for above in ABOVE_DB]
+    found = forecast_tests(own.model, log, own.tests, planned)
     for above, one in zip(ABOVE_DB, found.tests, strict=True):
         truth = _truth(drawn, above, one)
         if truth is None:
@@ -111,7 +128,8 @@ def _effects(drawn: Drawn) -> list[Element]:
     return found
 
 
-def _planned(loudest: Test, drawn: Drawn, above: float) -> Test:
+def planned_test(loudest: Test, drawn: Drawn, above: float) -> Test:
+    """Return the loudest test of a campaign so much above its level [dB], planned."""
     drive = drawn.plan.drives[2]
     seconds = drawn.campaign.tests[2].clean.shape[1] / SAMPLE_RATE - drive.lead_in - drive.tail
     power = 10.0 if drive.kind == "random" else 20.0
@@ -134,12 +152,7 @@ def _truth(
     _, motion = replace(plan, limit=100.0 * plan.limit).move(louder, 2)
     if motion is None:
         return None
-    nothing = replace(plan.drawn, gains=())
-    rows = responses(plan.structure, motion, nothing, filtered=drawn.filtered)
-    driven = slice(
-        int(drive.lead_in * SAMPLE_RATE), rows.shape[1] - int(drive.tail * SAMPLE_RATE)
-    )
-    rows = in_band(rows, SAMPLE_RATE, one.planned.compared)[:, driven]
+    rows = recorded(drawn, motion, one.planned.compared)
     spectra = densities(rows, SAMPLE_RATE, one.planned.excited)
     found = {}
     for i, (row, spectrum) in enumerate(zip(rows, spectra, strict=True)):
@@ -148,6 +161,17 @@ def _truth(
         found[name, "peak"] = float(np.max(np.abs(row - np.mean(row))))
         found[name, "peak_frequency_hz"] = spectrum.peak_frequency
     return found
+
+
+def recorded(drawn: Drawn, motion: Motion, band: tuple[float, float]) -> np.ndarray:
+    """Return what the sensors record of a motion within a band [Hz] while it is driven."""
+    drive = drawn.plan.drives[2]
+    nothing = replace(drawn.plan.drawn, gains=())
+    rows = responses(drawn.plan.structure, motion, nothing, filtered=drawn.filtered)
+    driven = slice(
+        int(drive.lead_in * SAMPLE_RATE), rows.shape[1] - int(drive.tail * SAMPLE_RATE)
+    )
+    return in_band(rows, SAMPLE_RATE, band)[:, driven]
 
 
 def table(scores: list[Score]) -> list[str]:
