@@ -64,15 +64,18 @@ class Plan:
     def move(self, drive: Drive, number: int) -> tuple[np.ndarray, Motion | None]:
         """Return the excitation at the samples, and the motion of a test or None."""
         wave = waveform(drive, 2 * SUBSTEPS)
+        return wave[:-1][:: 2 * SUBSTEPS], self.driven(wave, number)
+
+    def driven(self, wave: np.ndarray, number: int) -> Motion | None:
+        """Return the motion of a test under an excitation, 2 * SUBSTEPS values a sample."""
         truth, _ = assemble(
             self.structure, self.at, [h for _, h in self.hidden], self.drawn, number
         )
         still = np.zeros_like(wave)
         base, force = (still, wave) if truth.force_on >= 0 else (wave, still)
-        motion = move(
+        return move(
             truth, base, force, sample_rate=SAMPLE_RATE, substeps=SUBSTEPS, limit=self.limit
         )
-        return wave[:-1][:: 2 * SUBSTEPS], motion
 
 
 def make_plan(rng: Rng, wanted: Wanted, structure: Structure, snr: float) -> Plan:

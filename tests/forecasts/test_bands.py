@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from shakerproc.forecasts.ensemble import Ensemble
 from shakerproc.forecasts.limits import level_of
-from shakerproc.forecasts.model_error import LevelError, error_of
+from shakerproc.forecasts.model_error import LevelError, carried_of, error_of, freed
 from shakerproc.forecasts.quantities import Quantity, spread_of
 
 RMS = Quantity("response", "ch3", "rms", "m/s^2")
@@ -48,6 +48,23 @@ def test_the_model_error_grows_as_that_of_levels_that_were_run():
 def test_what_the_numbers_leave_open_is_no_model_error():
     found = error_of(errors((0.0, 0.1, 0.2), (6.0, 1.0, 1.5)))
     assert (found.fitted_db, found.growth) == (0.0, 0.0)
+
+
+def test_a_model_that_lacks_an_effect_goes_on_from_the_nearest_level():
+    """A linear model that is 3 dB low everywhere is then exactly linear scaling."""
+    low = errors((0.0, -3.0, 0.0), (6.0, -3.0, 0.0))
+    (next_level,) = freed(low[1:], low[:1])
+    assert_allclose(next_level.error_db, -3.0 * 0.1**2 / 3.0**2, rtol=1e-9)  # calibration
+    assert_allclose(next_level.of_model.error_db, -3.0, rtol=1e-9)
+    assert_allclose(error_of([next_level.of_model]).growth, 0.5, rtol=1e-9)  # of joints
+
+
+@pytest.mark.parametrize("spread", [0.5, np.inf])
+def test_an_error_that_chance_explains_is_not_carried_on(spread):
+    near = errors((0.0, 0.4, spread), (0.0, -0.3, spread))
+    assert carried_of(near) == {RMS: 0.0}
+    (next_level,) = freed(errors((6.0, 1.0, 0.2)), near)
+    assert_allclose(next_level.error_db, 1.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize("slope", [0.4, 1.0, 2.5])

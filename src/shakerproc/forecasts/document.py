@@ -183,6 +183,7 @@ def document_of(found: CampaignForecast) -> dict[str, Any]:
                 "test": one.test, "response": one.quantity.name, "what": one.quantity.what,
                 "distance_db": one.distance_db, "predicted": one.predicted,
                 "measured": one.measured, "error_db": one.error_db,
+                "carried_db": one.carried_db,
             }
             for one in found.evidence.errors
         ],

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from types import MappingProxyType
 from typing import Any, Final, final
 
 import numpy as np
@@ -29,6 +30,7 @@ from shakerproc.forecasts.levels import (
     excited_band,
     grouped,
     in_order,
+    nearest_level,
 )
 from shakerproc.forecasts.limits import ALLOWED, JudgedLimit, level_of, quantity_of
 from shakerproc.forecasts.model_error import (
@@ -36,7 +38,9 @@ from shakerproc.forecasts.model_error import (
     LastStep,
     LevelError,
     ModelledRun,
+    carried_of,
     error_of,
+    freed,
     last_step,
     level_errors,
     prepared_drive,
@@ -96,11 +100,24 @@ class ModelEvidence:
     highest: float
 
     def error(self, quantity: Quantity) -> Error | None:
-        """Return the model error of a quantity; None of the table, which no model moves."""
+        """Return the model error of a quantity; None of the table, which no model moves.
+
+        Of responses beside the nearest level, whose error is carried on; joints and forces are
+        not measured, so theirs is that of the model alone.
+        """
         if quantity.whose == "shaker" and quantity.what != "force":
             return None
-        kind = quantity.what if quantity.whose == "response" else "peak"
-        return error_of([one for one in self.errors if one.quantity.what == kind])
+        if quantity.whose == "response":
+            return error_of([one for one in self.errors if one.quantity.what == quantity.what])
+        return error_of([one.of_model for one in self.errors if one.quantity.what == "peak"])
+
+    def nearest(self, test: Test) -> tuple[dict[Quantity, float], float]:
+        """Return the errors of the level next to a test [dB], and its amplitude [SI]."""
+        fitted = [run.measured for run in self.runs if not run.measured.test.hold_out]
+        near = nearest_level(fitted, test.excitation, amplitude_of(test) or self.highest)
+        names = {one.name for one in near}
+        own = [one.of_model for one in self.errors if not one.distance_db and one.test in names]
+        return carried_of(own), max(map(amplitude_of_measured, near))
 
 
 @final
@@ -268,7 +285,17 @@ def evidence_of(
         own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
     ) -> list[LevelError]:
         highest = max(map(amplitude_of_measured, known))
-        return level_errors(own, {test: drives[test] for test in of}, highest)
+        near = {
+            test: nearest_level(known, test.test.excitation, amplitude_of_measured(test))
+            for test in of
+        }
+        asked = dict.fromkeys([*of, *(one for each in near.values() for one in each)])
+        raw = {test: level_errors(own, test, drives[test], highest) for test in asked}
+        return [
+            one
+            for test in of
+            for one in freed(raw[test], [e for other in near[test] for e in raw[other]])
+        ]
 
     numbers = numbers_of(fitted)
     errors = errors_of(numbers, fitted, fitted)
@@ -373,7 +400,8 @@ def _forecast(
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
     linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
-    back = swept_back(evidence.numbers, planned, spreads, seed)
+    carried, _ = evidence.nearest(planned.test)
+    back = swept_back(evidence.numbers, planned, spreads, seed, carried)
     return TestForecast(
         planned, distance, made, spreads, linear, tuple(judged), run, tuple(why), back
     )
@@ -384,6 +412,7 @@ def swept_back(
     planned: Planned,
     spreads: Mapping[Quantity, UncertainQuantity],
     seed: int,
+    carried: Mapping[Quantity, float] = MappingProxyType({}),
 ) -> dict[Quantity, float]:
     """Return the largest responses of a sweep in the other direction that leave their bands.
 
@@ -399,6 +428,8 @@ def swept_back(
         Its quantities as planned.
     seed : int
         Of all that is drawn.
+    carried : mapping of Quantity to float
+        Errors of the nearest level, which responses are freed from [dB].
     """
     test = planned.test
     if test.excitation != "sine sweep":
@@ -407,7 +438,12 @@ def swept_back(
     motion = fitted_motion(numbers, Drives(replace(planned, test=other), seed))
     rows = np.array(list(motion.responses.values()))
     spectra = densities(rows, motion.sample_rate, planned.excited)
-    found = values_of_motion(numbers.model, motion, spectra, largest_in)
+    found = {
+        quantity: value * 10.0 ** (-carried.get(quantity, 0.0) / 20.0)
+        for quantity, value in values_of_motion(
+            numbers.model, motion, spectra, largest_in
+        ).items()
+    }
     return {
         quantity: value
         for quantity, value in found.items()
@@ -426,8 +462,14 @@ def _spread(
     error = evidence.error(quantity)
     if error is None:
         return spread_of(drawn, 0.0, np.inf)
-    distance = decibels((amplitude_of(test) or 0.0) / evidence.highest) + above
-    return spread_of(drawn, error.at(distance), error.freedom)
+    amplitude = amplitude_of(test) or evidence.highest
+    if quantity.whose != "response":
+        distance = max(decibels(amplitude / evidence.highest) + above, 0.0)
+        return spread_of(drawn, error.at(distance), error.freedom)
+    carried, near = evidence.nearest(test)
+    begun = drawn * 10.0 ** (-carried.get(quantity, 0.0) / 20.0)
+    distance = abs(decibels(amplitude / near) + above)
+    return spread_of(begun, error.at(distance), error.freedom)
 
 
 def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
@@ -463,13 +505,14 @@ def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str,
     if evidence.numbers.untold:
         names = ", ".join(evidence.numbers.untold)
         found.append(f"no test tells {names}: the bands are as wide as that leaves them")
-    missed = [one for one in evidence.errors if one.distance_db and one.is_unexplained]
+    missed = [one for one in evidence.errors if one.distance_db and one.of_model.is_unexplained]
     if missed:
-        worst = max(missed, key=lambda one: abs(one.error_db))
+        worst = max((one.of_model for one in missed), key=lambda one: abs(one.error_db))
         found.append(
             f"the model misses levels that were run by up to {numeral(abs(worst.error_db), 2)} "
             f"dB ({worst.quantity.name}, test {worst.test}), more than its numbers leave open: "
-            "ask diagnose what it lacks; the bands are widened by as much"
+            "ask diagnose what it lacks; responses are carried on from the nearest level, and "
+            "the bands are widened"
         )
     for one in tests:
         if one.distance_db > FAR_DB:

@@ -58,6 +58,20 @@ def grouped(tests: Sequence[Measured]) -> list[list[Measured]]:
     return found
 
 
+def nearest_level(
+    tests: Sequence[Measured], excitation: str | None, amplitude: float
+) -> list[Measured]:
+    """Return the tests of the level next to an amplitude [SI], of one excitation if any is."""
+    alike = [test for test in tests if test.test.excitation == excitation] or list(tests)
+    apart = [abs(decibels(amplitude_of_measured(test) / amplitude)) for test in alike]
+    first = amplitude_of_measured(alike[apart.index(min(apart))])
+    return [
+        test
+        for test in alike
+        if abs(decibels(amplitude_of_measured(test) / first)) <= ONE_LEVEL_DB
+    ]
+
+
 def excited_band(test: Test) -> tuple[float, float] | None:
     """Return the band that a test excites [Hz]; None where its log does not say it."""
     if test.band is None and test.frequency_hz is not None:

@@ -1,7 +1,7 @@
 """Model error at levels that were not fitted to, and the last level: predicted, measured."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias, final
 
 import numpy as np
@@ -49,6 +49,8 @@ class LevelError:
         Level above the highest that was fitted; 0 of a test that was fitted [dB].
     spread_db : float
         Standard deviation that the numbers leave [dB].
+    carried_db : float
+        Error of the nearest level, which `predicted` is freed from (see `carried_of`) [dB].
     """
 
     test: str
@@ -57,6 +59,7 @@ class LevelError:
     measured: float
     distance_db: float
     spread_db: float
+    carried_db: float = 0.0
 
     @property
     def error_db(self) -> float:
@@ -64,9 +67,57 @@ class LevelError:
         return decibels(self.predicted / self.measured)
 
     @property
+    def of_model(self) -> "LevelError":
+        """The same of the model alone, with the error of the nearest level."""
+        predicted = self.predicted * 10.0 ** (self.carried_db / 20.0)
+        return replace(self, predicted=predicted, carried_db=0.0)
+
+    @property
     def is_unexplained(self) -> bool:
         """Whether chance, calibration and the uncertainty of the numbers do not explain it."""
         return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
+
+
+def carried_of(errors: Sequence[LevelError]) -> dict[Quantity, float]:
+    r"""Return the errors of a model in tests of one level that the next level has, too [dB].
+
+    .. math:: c = \bar e \left(1 - \frac{v}{\bar e^2}\right)_+
+
+    with the mean :math:`\bar e` of a quantity's errors and the variance :math:`v` that the
+    numbers, chance and calibration leave it: what these explain may be otherwise next time, the
+    rest is the model's (James and Stein, the positive part [1]_). A model that lacks what the
+    joint does is then no worse than linear scaling.
+
+    Parameters
+    ----------
+    errors : sequence of LevelError
+        Of tests of one level.
+
+    References
+    ----------
+    .. [1] W. James, C. Stein, "Estimation with quadratic loss", Proc. 4th Berkeley Symposium
+       on Mathematical Statistics and Probability, vol. 1, 361-379, 1961.
+    """
+    found = {}
+    for quantity in {one.quantity: None for one in errors}:
+        own = [one for one in errors if one.quantity == quantity]
+        mean = float(np.mean([one.error_db for one in own]))
+        left = float(np.mean([one.spread_db**2 for one in own])) + FINEST_DB**2
+        found[quantity] = mean * (1.0 - left / mean**2) if mean**2 > left else 0.0
+    return found
+
+
+def freed(errors: Sequence[LevelError], nearest: Sequence[LevelError]) -> list[LevelError]:
+    """Return errors of a model that begins at what the nearest level of tests measured."""
+    carried = carried_of(nearest)
+    return [
+        replace(
+            one,
+            predicted=one.predicted * 10.0 ** (-carried.get(one.quantity, 0.0) / 20.0),
+            carried_db=carried.get(one.quantity, 0.0),
+        )
+        for one in errors
+    ]
 
 
 @final
@@ -183,39 +234,40 @@ def prepared_drive(measured: Measured) -> Input:
 
 
 def level_errors(
-    numbers: FittedNumbers, tests: Mapping[Measured, Input], highest: float
+    numbers: FittedNumbers, measured: Measured, given: Input, highest: float
 ) -> list[LevelError]:
-    """Return how far the numbers of a model miss the measurements of tests.
+    """Return how far the numbers of a model miss the measurements of a test.
 
     Parameters
     ----------
     numbers : FittedNumbers
         Of any tests.
-    tests : mapping of Measured to Input
-        What is forecast, and what drove it.
+    measured : Measured
+        The test.
+    given : Input
+        What drove it, prepared.
     highest : float
         Amplitude of the highest level that the numbers are of [SI].
     """
+    run = run_of(numbers, measured, given)
+    drawn = numbers.drawn(SPREAD_DRAWS, np.random.default_rng(0))
+    motions = [
+        (model, motion_of(model, given, measured.input, measured.band, gains))
+        for model, gains in drawn
+    ]
+    each = [_predicted(one, model, measured) for model, one in motions if one is not None]
+    every = [_predicted(run.motion, numbers.model, measured), *each]
+    distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
     found = []
-    for measured, given in tests.items():
-        run = run_of(numbers, measured, given)
-        drawn = numbers.drawn(SPREAD_DRAWS, np.random.default_rng(0))
-        motions = [
-            (model, motion_of(model, given, measured.input, measured.band, gains))
-            for model, gains in drawn
-        ]
-        each = [_predicted(one, model, measured) for model, one in motions if one is not None]
-        every = [_predicted(run.motion, numbers.model, measured), *each]
-        distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
-        for quantity, value in run.values.items():
-            spread = [decibels(one[quantity]) for one in each]
-            found.append(
-                LevelError(
-                    measured.name, quantity,
-                    float(np.median([one[quantity] for one in every])), value, distance,
-                    float(np.std(spread)) if len(spread) > 1 else np.inf,
-                )
-            )  # fmt: skip
+    for quantity, value in run.values.items():
+        spread = [decibels(one[quantity]) for one in each]
+        found.append(
+            LevelError(
+                measured.name, quantity,
+                float(np.median([one[quantity] for one in every])), value, distance,
+                float(np.std(spread)) if len(spread) > 1 else np.inf,
+            )
+        )  # fmt: skip
     return found
 
 

@@ -81,7 +81,8 @@ def _plot(one: TestForecast, found: CampaignForecast, name: str) -> Plot:
     low, high = one.planned.excited
     kept = (one.made.frequency >= low) & (one.made.frequency <= high)
     frequency = one.made.frequency[kept]
-    drawn = one.made.densities[name][:, kept] / factor**2
+    carried_on = np.median(one.spreads[rms].drawn / one.made.values[rms])  # from a level run
+    drawn = one.made.densities[name][:, kept] * (carried_on / factor) ** 2
     under, over = _band(drawn, one.spreads[rms])
     predicted = Curve("predicted", frequency, np.median(drawn, axis=0), PREDICTED)
     curves = []
@@ -230,7 +231,8 @@ def _rests_on(found: CampaignForecast) -> ReportSection:
         for one in errors
         if one.distance_db
     ]  # fmt: skip
-    fitted = max((abs(one.error_db) for one in errors if not one.distance_db), default=0.0)
+    known = [one.of_model.error_db for one in errors if not one.distance_db]
+    fitted = max(map(abs, known), default=0.0)
     names = ("test", "response", "quantity", "level", "predicted", "measured", "error")
     return ReportSection(
         "What the bands rest on",

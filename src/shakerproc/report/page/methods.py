@@ -64,8 +64,9 @@ _ANALYSES: Final[Mapping[str, tuple[str, str]]] = {
         "their covariance for each simulated test, with calibration and phases. What levels "
         "that were run are missed by from those below them, beyond what the numbers leave "
         "open, is the model error: it grows with the distance in decibels and follows "
-        "Student's law. Largest values of longer durations follow Gumbel's. Notches clip the "
-        "mean square that each octave of the drive gives to a limited quantity.",
+        "Student's law. Responses are freed from the error of the nearest level. Largest "
+        "values of longer durations follow Gumbel's. Notches clip the mean square that each "
+        "octave of the drive gives to a limited quantity.",
         "A. G. Davenport, Note on the distribution of the largest value of a random function "
         "with application to gust loading, Proceedings of the Institution of Civil Engineers "
         "28, 187-196, 1964.",
