@@ -22,8 +22,7 @@ from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.page import Report, html, write_report
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.testlog import Processing, Test, chosen_units
-from shakerproc.testlog.analyses import ShownSpectrogram
-from shakerproc.testlog.processing import Welch
+from shakerproc.testlog.processing import ShownSpectrogram, Welch
 
 RATE, SECONDS, SEGMENT = 2048.0, 40.0, 512
 BURST = (300.0, 10.0, 15.0)  # [Hz] [s] [s]

@@ -6,22 +6,20 @@ from numpy.testing import assert_allclose
 from scipy.signal import welch
 
 from shakerproc.simulation.excitations import (
+    NoiseProfile,
+    faded,
+    flat_profile,
     half_sine_shock,
     harmonic,
     linear_sweep,
     logarithmic_sweep,
+    multisine,
+    random_noise,
     rest,
     sampled,
     stepped_sine,
     sum_of_signals,
     sweep_duration,
-)
-from shakerproc.simulation.noise import (
-    NoiseProfile,
-    faded,
-    flat_profile,
-    multisine,
-    random_noise,
 )
 from shakerproc.simulation.pieces import pieces_of_samples, pieces_of_signal
 

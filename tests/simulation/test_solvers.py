@@ -26,8 +26,14 @@ from shakerproc.models.effects import (
 from shakerproc.models.examples import EXAMPLES
 from shakerproc.models.faults import Clipping, SensorGain
 from shakerproc.simulation import prepare, simulate, simulate_many
-from shakerproc.simulation.excitations import harmonic, linear_sweep, rest
-from shakerproc.simulation.noise import faded, flat_profile, random_noise
+from shakerproc.simulation.excitations import (
+    faded,
+    flat_profile,
+    harmonic,
+    linear_sweep,
+    random_noise,
+    rest,
+)
 
 RATE = 5688.9
 GROUND = ("base", "coupon")

@@ -15,9 +15,18 @@ from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report.models.study import study_figure
 from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Study, StudyRun, Variation, read_study, run_study
-from shakerproc.studies.checks import VERDICTS, trend_of
-from shakerproc.studies.readings import Spectrum, in_words, peak_frequency, spectrum
-from shakerproc.studies.simulated import ensemble, excitation_of, signal_of, simulated, strobe
+from shakerproc.studies.readings import (
+    Spectrum,
+    ensemble,
+    excitation_of,
+    in_words,
+    peak_frequency,
+    signal_of,
+    simulated,
+    spectrum,
+    strobe,
+)
+from shakerproc.studies.results import VERDICTS, trend_of
 from shakerproc.studies.study import Claim
 from shakerproc.verification.claims import claims_page, thesis_claims
 

@@ -10,8 +10,8 @@ from shakerproc.campaign.mode_trends import told_of_modes
 from shakerproc.cli import output
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.choosing import SINGLE_FREQUENCIES
 from shakerproc.modal.from_log import analyse_log
+from shakerproc.modal.gathering import SINGLE_FREQUENCIES
 from shakerproc.modal.scatter import scatter_text
 from shakerproc.numerals import numeral
 from shakerproc.testlog import TestLog

@@ -6,7 +6,7 @@ from typing import Final, final
 from shakerproc.data import Channel, ComplexArray, FloatArray
 from shakerproc.geometry import Place, Wireframe
 from shakerproc.modal.geometry import Geometry, geometry_of
-from shakerproc.modal.mode_set import ModeSet
+from shakerproc.modal.modal_model import ModeSet
 from shakerproc.modal.tracking import Track
 from shakerproc.numerals import numeral
 from shakerproc.testlog import Test

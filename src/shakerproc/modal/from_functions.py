@@ -6,10 +6,9 @@ from numpy.typing import NDArray
 from shakerproc.data import Channel
 from shakerproc.errors import SpectrumError
 from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
-from shakerproc.modal.choosing import DEFAULT_BAND, remarks_of
+from shakerproc.modal.gathering import DEFAULT_BAND, remarks_of
 from shakerproc.modal.identification import identify_functions
-from shakerproc.modal.modal_model import response_functions
-from shakerproc.modal.mode_set import ModeSet, Settings
+from shakerproc.modal.modal_model import ModeSet, Settings, response_functions
 from shakerproc.modal.reciprocity import reciprocals_of
 from shakerproc.modal.tracking import tracks_of
 from shakerproc.recordings.response_functions import SAME_LINE, ResponseFunctions

@@ -11,11 +11,15 @@ from shakerproc import spectra
 from shakerproc.data import FloatArray
 from shakerproc.errors import ShakerprocError, SpectrumError
 from shakerproc.modal.analysis import Functions, ModalAnalysis, TestModes
-from shakerproc.modal.choosing import remarks_of
-from shakerproc.modal.gathering import Gathered, check_joint_fit, gather, shared_inputs
+from shakerproc.modal.gathering import (
+    Gathered,
+    check_joint_fit,
+    gather,
+    remarks_of,
+    shared_inputs,
+)
 from shakerproc.modal.identification import identify_records
-from shakerproc.modal.modal_model import ModalFit, response_functions
-from shakerproc.modal.mode_set import ModeSet, Settings
+from shakerproc.modal.modal_model import ModalFit, ModeSet, Settings, response_functions
 from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.reciprocity import reciprocals_of
 from shakerproc.modal.struck import identify_blows

@@ -16,15 +16,14 @@ from shakerproc.modal.lines import (
     thinned,
     thinning_note,
 )
-from shakerproc.modal.modal_model import ModalFit
-from shakerproc.modal.mode_set import Method, ModeSet, Settings
-from shakerproc.modal.polynomials import lagged_sums
+from shakerproc.modal.modal_model import Method, ModalFit, ModeSet, Settings
 from shakerproc.modal.scatter import PARTS, with_scatter
 from shakerproc.modal.selection import N_PARTS, confirmed, parts_of, selected
 from shakerproc.modal.shapes import normalised
 from shakerproc.modal.stabilisation import (
     Diagram,
     candidates,
+    lagged_sums,
     requested_poles,
     stabilisation,
 )

@@ -10,7 +10,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import FloatArray
 from shakerproc.modal.likelihood import fit
 from shakerproc.modal.lines import Lines, lines_subset
-from shakerproc.modal.mode_set import NORMAL_95, ModeSet
+from shakerproc.modal.modal_model import NORMAL_95, ModeSet
 from shakerproc.modal.selection import price_of
 from shakerproc.modal.stabilisation import damping_of, frequency_of
 from shakerproc.numerals import numeral

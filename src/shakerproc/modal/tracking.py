@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.mode_set import ModeSet
+from shakerproc.modal.modal_model import ModeSet
 from shakerproc.modal.shapes import mac
 
 MOST_SHIFT: Final = 0.2

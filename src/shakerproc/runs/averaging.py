@@ -21,14 +21,16 @@ from shakerproc.spectra.blows import (
     Blow,
     Blows,
     Setup,
+    Strikes,
+    find_strikes,
     impulse_share,
     incomplete,
     judge,
     noise_before,
+    usual_length,
     windowed,
 )
-from shakerproc.spectra.range_ends import range_ends
-from shakerproc.spectra.strikes import Strikes, find_strikes, usual_length
+from shakerproc.spectra.welch.blocks import range_ends
 from shakerproc.testlog import Hammer, Test
 
 PRETRIGGER: Final = (0.01, 16)

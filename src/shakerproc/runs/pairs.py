@@ -14,7 +14,7 @@ from shakerproc.runs.resonances import averaged_share
 from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
-from shakerproc.spectra.responses.masks import audible
+from shakerproc.spectra.responses.estimators import audible
 from shakerproc.testlog import ResponseFunction
 
 OWN: Final = 0.01

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, final
 from shakerproc.finite_elements.thermal import ThermalFit
 from shakerproc.models import Model
 from shakerproc.simulation.inputs import MOST_SAMPLES
-from shakerproc.studies.checks import Check
+from shakerproc.studies.results import Check
 
 Excitation: TypeAlias = Literal["free", "sine", "sine sweep", "random"]
 Quantity: TypeAlias = Literal["acceleration", "velocity", "displacement"]

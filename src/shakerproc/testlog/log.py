@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import LogError
 from shakerproc.testlog.excitation import LevelUnit
-from shakerproc.testlog.header import Header, Shaker, Specimen
-from shakerproc.testlog.limits import Limit
+from shakerproc.testlog.header import Header, Limit, Shaker, Specimen
 from shakerproc.testlog.one_test import Fact, Test
 from shakerproc.testlog.processing import Modal
 from shakerproc.units import near_miss

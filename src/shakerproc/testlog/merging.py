@@ -8,28 +8,26 @@ from pydantic import BaseModel
 
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
-from shakerproc.testlog.analyses import (
-    Distribution,
-    Dwell,
-    Fatigue,
-    Integration,
-    Octaves,
-    Orders,
-    ResponseFunction,
-    Shock,
-    ShownSpectrogram,
-    Splitting,
-    Waterfall,
-)
 from shakerproc.testlog.excitation import threshold_of
 from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.one_test import Expectation
 from shakerproc.testlog.processing import (
     Crop,
+    Distribution,
+    Dwell,
+    Fatigue,
+    Integration,
     Modal,
+    Octaves,
+    Orders,
     Processing,
+    ResponseFunction,
+    Shock,
+    ShownSpectrogram,
+    Splitting,
     ThresholdCrop,
     TimeCrop,
+    Waterfall,
     Welch,
 )
 from shakerproc.testlog.processing_sections import (

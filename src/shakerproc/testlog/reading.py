@@ -11,8 +11,7 @@ from shakerproc.documents import Document, Key, read_document
 from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.excitation import LevelUnit, Profile, level_of, rate_of, tidy
 from shakerproc.testlog.geometry import geometry_of, seated
-from shakerproc.testlog.header import Header, Shaker, Specimen
-from shakerproc.testlog.limits import limits_of
+from shakerproc.testlog.header import Header, Shaker, Specimen, limits_of
 from shakerproc.testlog.log import TestLog
 from shakerproc.testlog.merging import (
     merged_channels,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
-from shakerproc.studies.checks import VERDICTS, Checked, Verdict
+from shakerproc.studies.results import VERDICTS, Checked, Verdict
 from shakerproc.verification import free_motion, sweeps, theory
 from shakerproc.verification.base import ClaimFinding
 

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc import __version__
 from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.mode_set import ModeSet
+from shakerproc.modal.modal_model import ModeSet
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.tracking import mac_over
 

@@ -188,7 +188,7 @@ def _write_study(
     from shakerproc.model_files.deck_of_model import deck_of_model
     from shakerproc.studies import read_study
     from shakerproc.studies.kinds.base import jobs_of
-    from shakerproc.studies.simulated import excitation_of
+    from shakerproc.studies.readings import excitation_of
 
     study = read_study(source)
     if study.model is None or study.run is None:

@@ -17,7 +17,7 @@ from shakerproc.spectra.response_spectra import shock_spectra
 from shakerproc.spectra.splitting import CELL, Cells, RecordPart, ShockRule, cells_of, split
 from shakerproc.spectra.welch.cross import psd
 from shakerproc.spectra.welch.engine import cross_spectra
-from shakerproc.testlog.analyses import Shock, Splitting
+from shakerproc.testlog.processing import Shock, Splitting
 
 MOST_DRAWN: Final = 8
 """Spectra in a figure at most."""

@@ -15,8 +15,7 @@ from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch
-from shakerproc.simulation.harmonic_balance.stability import multipliers
+from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch, multipliers
 from shakerproc.simulation.inputs import Input, prepare
 from shakerproc.simulation.response import simulate
 from shakerproc.simulation.simulation import SimulatedResponse

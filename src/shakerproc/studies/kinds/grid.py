@@ -22,9 +22,14 @@ from shakerproc.studies.kinds.base import (
     label_of,
 )
 from shakerproc.studies.placing import TEMPERATURE, clearance_of
-from shakerproc.studies.readings import in_words, peak_frequency, read_run, spectrum
+from shakerproc.studies.readings import (
+    SimulatedMotion,
+    in_words,
+    peak_frequency,
+    read_run,
+    spectrum,
+)
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
-from shakerproc.studies.simulated import SimulatedMotion
 from shakerproc.studies.study import Measure, Study, StudyRun
 
 

@@ -22,6 +22,7 @@ from shakerproc.studies.kinds.base import (
     sine_start,
 )
 from shakerproc.studies.readings import (
+    SimulatedMotion,
     chaotic_once_settled,
     decay,
     distortion,
@@ -29,9 +30,10 @@ from shakerproc.studies.readings import (
     half_cycles,
     period_of,
     read_run,
+    simulated,
+    strobe,
 )
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
-from shakerproc.studies.simulated import SimulatedMotion, simulated, strobe
 from shakerproc.studies.study import Study, StudyRun, check_run
 
 MOST_SHOWN = 20_000

@@ -9,8 +9,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.kernels.harmonic_contact import Segments, stretches
-from shakerproc.simulation.kernels.harmonic_fourier import Harmonics
+from shakerproc.simulation.kernels.harmonic import Harmonics, Segments, stretches
 
 
 @final

@@ -13,7 +13,7 @@ from shakerproc.simulation.harmonic_balance.laws.base import (
     HarmonicMotion,
     LawBalance,
 )
-from shakerproc.simulation.kernels import harmonic_contact as contact
+from shakerproc.simulation.kernels import harmonic as contact
 
 
 @final
