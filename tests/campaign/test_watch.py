@@ -12,14 +12,23 @@ from tests.campaign.watched import kill_and_compare, watch
 from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.campaign.arrivals import FileStamp, looked, recordings_in, standing
 from shakerproc.campaign.jobs import Products
 from shakerproc.errors import LogError, RecordingError
 from shakerproc.recordings import Sampling
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows.campaign import TrendWish
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.watching import DraftedLog, GivenLog, Pace, Watch, WatchedLog
-from shakerproc.workflows.write_up import TrendWish
+from shakerproc.workflows.watching import (
+    DraftedLog,
+    FileStamp,
+    GivenLog,
+    Pace,
+    Watch,
+    WatchedLog,
+    looked,
+    recordings_in,
+    standing,
+)
 
 QUICK = ("--settle", 0.2, "--every", 0.1, "--idle", 0.5, "--no-figures", "--workers", 1)
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.report.models.study import study_figure
+from shakerproc.report.models.curves import study_figure
 from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Study, StudyRun, Variation, read_study, run_study
 from shakerproc.studies.readings import (
@@ -28,7 +28,7 @@ from shakerproc.studies.readings import (
 )
 from shakerproc.studies.results import VERDICTS, trend_of
 from shakerproc.studies.study import Claim
-from shakerproc.verification.claims import claims_page, thesis_claims
+from shakerproc.verification import claims_page, thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "studies"

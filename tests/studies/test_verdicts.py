@@ -25,8 +25,8 @@ from shakerproc.studies.results import (
     verdict_of,
 )
 from shakerproc.studies.study import Claim
+from shakerproc.verification import thesis_claims
 from shakerproc.verification.base import ClaimFinding
-from shakerproc.verification.claims import thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "studies"

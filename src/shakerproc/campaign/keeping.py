@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from shakerproc.campaign.result_table import ResultTable, read_table
+from shakerproc.campaign.agreement import ResultTable, read_table
 from shakerproc.errors import TableError
 from shakerproc.numerals import numeral
 from shakerproc.runs.flags import EXPIRED
-from shakerproc.runs.remarks import by_tests
+from shakerproc.runs.summary import by_tests
 
 
 @final

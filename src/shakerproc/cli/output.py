@@ -17,7 +17,7 @@ from shakerproc.cli import tables
 from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
-from shakerproc.workflows.folders import checked_folder, own_folder
+from shakerproc.workflows.arguments import checked_folder, own_folder
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -143,7 +143,7 @@ def results(folder: Path, command: str) -> Iterator[None]:
 
     Where the block is interrupted or fails, nothing of it stays.
     """
-    from shakerproc.campaign.manifest import settle
+    from shakerproc.campaign.result_folder import settle
 
     own_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)
@@ -173,7 +173,7 @@ def print_if(wanted: bool, page: Path) -> None:
     if not wanted:
         page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
         return
-    from shakerproc.report.page.pdf import print_report
+    from shakerproc.report.page.page import print_report
 
     message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 

@@ -36,7 +36,7 @@ from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
-from shakerproc.runs.remarks import unused_lines
+from shakerproc.runs.summary import unused_lines
 from shakerproc.testlog import Test, TestLog
 
 REACH: Final = 3.0

@@ -11,8 +11,12 @@ from pydantic import BaseModel
 
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import DocumentError, ModelError
-from shakerproc.model_files.schema import ModelSchema, ProvenanceSection
-from shakerproc.model_files.structures import check_driven, read_structures
+from shakerproc.model_files.schema import (
+    ModelSchema,
+    ProvenanceSection,
+    check_driven,
+    read_structures,
+)
 from shakerproc.models.effects import EFFECTS, SPELLINGS
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import Parameter, parameter_in

@@ -15,11 +15,17 @@ from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.to_png import LEFT, save
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.sections import PageFigure, ReportSection, filled
-from shakerproc.report.runs.curves import STILL, frequency_axis, kept, logarithmic_axis, outside
-from shakerproc.report.runs.in_units import run_in
+from shakerproc.report.runs.in_units import (
+    STILL,
+    frequency_axis,
+    kept,
+    logarithmic_axis,
+    outside,
+    run_in,
+)
 from shakerproc.runs.levels import density_unit
-from shakerproc.runs.peak_rows import quantity_of
 from shakerproc.runs.summary import PeakSummary, RunSummary
+from shakerproc.runs.tables import quantity_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

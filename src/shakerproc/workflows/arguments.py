@@ -1,7 +1,9 @@
-"""Arguments of a caller, checked: a wrong type is told the one expected."""
+"""Arguments of a caller, checked: values, logs and models, folders for results."""
 
+import os
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from math import isfinite
 from numbers import Integral, Real
 from os import PathLike, fspath
@@ -10,8 +12,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from shakerproc.errors import ArgumentError
-from shakerproc.testlog import TestLog
+from shakerproc.errors import ArgumentError, OutputError
+from shakerproc.model_files import ModelFile, read_model_file
+from shakerproc.models import Model
+from shakerproc.testlog import TestLog, read_testlog
 
 AnyPath: TypeAlias = str | PathLike[str]
 
@@ -190,3 +194,121 @@ def told(given: object) -> str:
         return text if len(text) <= 60 else f"{text[:57]}..."
     kind = type(given)
     return f"an object of the class {kind.__module__}.{kind.__qualname__}"
+
+
+def read_log(path: AnyPath) -> TestLog:
+    """Return the test log that a YAML file describes.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    TestLog
+        Its tests in order (``log.tests``), those that were run (``log.active``), and one of
+        them by its id (``log.find(3)``).
+
+    Raises
+    ------
+    ArgumentError
+        If `path` is no path of a file.
+    DocumentError
+        If the file is not strict YAML, or something in it is unknown, missing or without
+        unit; with line and column.
+    """
+    return read_testlog(file_of("path", path, "a test log"))
+
+
+def read_model(path: AnyPath) -> ModelFile:
+    """Return the model that a YAML file describes.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    ModelFile
+        The model (``.model``) and the file, whose comments a new model keeps.
+
+    Raises
+    ------
+    ArgumentError
+        If `path` is no path of a file.
+    DocumentError
+        If the file is not strict YAML, or something in it is unknown, missing, without unit or
+        not physical; with line and column.
+    """
+    return read_model_file(file_of("path", path, "a model"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GivenModel:
+    """A model, and the file it is from, if it is from one.
+
+    Attributes
+    ----------
+    model : Model
+        The model.
+    file : ModelFile, optional
+        Where it stands.
+    """
+
+    model: Model
+    file: ModelFile | None = None
+
+
+def model_of(given: Any, name: str = "model") -> GivenModel:
+    """Return a model: as read from a file, as a result holds it, or as made in Python.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(given, ModelFile):
+        return GivenModel(given.model, given)
+    if isinstance(given, Model):
+        return GivenModel(given)
+    raise ArgumentError(
+        name, f"expected a model, as read_model(path) returns it, got {told(given)}"
+    )
+
+
+def checked_folder(folder: Path | None) -> Path | None:
+    """Return a folder for results, looked at before the long work; it need not be there yet.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made, or nothing can be written there.
+    """
+    if folder is None:
+        return None
+    there = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise OutputError(f"{folder}: {there} is no folder. Choose another folder for results.")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise OutputError(f"{folder}: {there} may not be written. Choose another folder.")
+    return folder
+
+
+def own_folder(folder: Path, command: str) -> None:
+    """Pass a folder that a command may write its results into, before the long work.
+
+    Raises
+    ------
+    OutputError
+        If nothing can be written there.
+    ShakerprocError
+        If it holds the results of another command.
+    """
+    from shakerproc.campaign.result_folder import (
+        check_owner,  # commands without results need it not
+    )
+
+    checked_folder(folder)
+    check_owner(folder, command)

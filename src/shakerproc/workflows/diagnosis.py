@@ -19,9 +19,8 @@ from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import log_of, whole_of
+from shakerproc.workflows.arguments import log_of, model_of, whole_of
 from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.reading import model_of
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:

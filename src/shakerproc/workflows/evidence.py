@@ -87,7 +87,7 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
     if evidence is NONE:
         return ()
     from shakerproc import files
-    from shakerproc.report.evidence.modes import mode_sections
+    from shakerproc.report.evidence.functions import mode_sections
     from shakerproc.report.evidence.sections import sections
     from shakerproc.report.evidence.tables import tables
 

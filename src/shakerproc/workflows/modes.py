@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
-from shakerproc.campaign.mode_trends import told_of_modes
+from shakerproc.campaign.trends import told_of_modes
 from shakerproc.errors import ArgumentError
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.from_functions import analyse_functions
@@ -152,7 +152,7 @@ class ModeShape(Shown):
     @property
     def svg(self) -> str:
         """The moving picture, whole in itself, as an SVG file holds it."""
-        from shakerproc.report.modal.shapes import moving_shape
+        from shakerproc.report.modal.figures import moving_shape
         from shakerproc.report.page.page import svg_file
 
         one, shape = self.test, self.test.modes.shapes[self.number]

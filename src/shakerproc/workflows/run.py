@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final, Unpack, final
 from shakerproc import files
 from shakerproc.campaign import tables
 from shakerproc.campaign.jobs import SUMMARY, Products, input_of
-from shakerproc.campaign.manifest import SINGLE
-from shakerproc.campaign.result_folder import check_folder, locked, put_in_place
+from shakerproc.campaign.result_folder import SINGLE, check_folder, locked, put_in_place
 from shakerproc.data import Recording
 from shakerproc.errors import ArgumentError
 from shakerproc.numerals import numeral
@@ -30,14 +29,13 @@ from shakerproc.workflows.arguments import (
     choice_of,
     file_of,
     list_of,
+    own_folder,
     path_of,
     switch_of,
     text_of,
     told,
 )
-from shakerproc.workflows.folders import own_folder
-from shakerproc.workflows.option_values import Options, unit_of
-from shakerproc.workflows.processing_options import described
+from shakerproc.workflows.processing_options import Options, described, unit_of
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html
 from shakerproc.workflows.worker import title_of, write_products

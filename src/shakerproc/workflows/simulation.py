@@ -16,8 +16,7 @@ from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import SimulatedResponse as Simulated
 from shakerproc.simulation import simulate as simulated
-from shakerproc.workflows.arguments import positive_of, switch_of, told
-from shakerproc.workflows.reading import model_of
+from shakerproc.workflows.arguments import model_of, positive_of, switch_of, told
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:

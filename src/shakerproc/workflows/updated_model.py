@@ -23,14 +23,15 @@ from shakerproc.testlog import TestLog
 from shakerproc.units import near_miss, to_si
 from shakerproc.workflows.arguments import (
     AnyPath,
+    GivenModel,
+    checked_folder,
     list_of,
     log_of,
+    model_of,
     path_of,
     switch_of,
     told,
 )
-from shakerproc.workflows.folders import checked_folder
-from shakerproc.workflows.reading import GivenModel, model_of
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import typer
 from shakerproc.cli import next_step, options, output
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
+from shakerproc.workflows import arguments
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.adding import Added
@@ -57,12 +57,12 @@ def add(
     from shakerproc.model_files import read_model_file
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import updated_model
-    from shakerproc.workflows.reading import GivenModel
+    from shakerproc.workflows.arguments import GivenModel
 
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
-    folders.checked_folder(new.parent)
+    arguments.checked_folder(new.parent)
     log, known = read_testlog(testlog), read_model_file(model)
     with options.usage(effect="EFFECT"):
         updated_model.check_kind(effect)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from shakerproc.campaign.batch import CampaignResult
     from shakerproc.report.page.sections import ReportSection
     from shakerproc.testlog import TestLog
-    from shakerproc.workflows.write_up import TrendWish
+    from shakerproc.workflows.campaign import TrendWish
 
 LONGEST_S = 7 * 86400.0
 """A week."""
@@ -138,9 +138,9 @@ def batch(
     from shakerproc.cli.batch_output import tell, work_through_log
     from shakerproc.report.page.page import tried_header
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.campaign import TrendWish, units_of, write_up
     from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
-    from shakerproc.workflows.write_up import TrendWish, units_of, write_up
 
     options.exclusive(
         "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
@@ -204,7 +204,7 @@ def _modes(
     log: "TestLog", root: Path, json: str | None, *, figures: bool
 ) -> "list[ReportSection]":
     """Return the section of the modes, which are found, written and told."""
-    from shakerproc.cli.modal_output import modes_of_batch
+    from shakerproc.cli.batch_output import modes_of_batch
     from shakerproc.report.modal.sections import section_of_modes
 
     return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
@@ -223,8 +223,8 @@ def _with_more(
     """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
     from shakerproc.campaign.remote import at_hand
     from shakerproc.diagnosis.headline import headline
+    from shakerproc.workflows.campaign import write_up
     from shakerproc.workflows.evidence import NONE, held_against
-    from shakerproc.workflows.write_up import write_up
 
     evidence = NONE
     if model is not None:

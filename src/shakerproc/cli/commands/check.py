@@ -11,8 +11,7 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.campaign.agreement import ColumnTolerance, Deviation
-    from shakerproc.campaign.result_table import ResultTable
+    from shakerproc.campaign.agreement import ColumnTolerance, Deviation, ResultTable
 
 
 def check(
@@ -58,9 +57,8 @@ def check(
     if against is None:
         _check_profiles(table, json)
         return
-    from shakerproc.campaign.agreement import agreement
+    from shakerproc.campaign.agreement import agreement, read_table
     from shakerproc.campaign.keeping import expired_notes
-    from shakerproc.campaign.result_table import read_table
 
     wanted = _wanted(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
@@ -179,7 +177,7 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
 
 def _reason(table: "ResultTable", test: str) -> str:
     """Return why a run is missing, where the table of runs beside it says so."""
-    from shakerproc.campaign.result_table import read_table
+    from shakerproc.campaign.agreement import read_table
     from shakerproc.errors import TableError
 
     runs = table.path.parent / "runs.csv"

@@ -7,7 +7,7 @@ import typer
 
 from shakerproc.cli import next_step, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
+from shakerproc.workflows import arguments
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -95,7 +95,7 @@ def compare(
         raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
     announce()
-    folders.own_folder(folder, "compare")
+    arguments.own_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
@@ -146,11 +146,11 @@ def _functions(
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.workflows.functions import COLUMNS, compare_file
+    from shakerproc.workflows.comparison import COLUMNS, compare_file
 
     if not alone:
         raise typer.BadParameter("--fit and --before are for test logs")
-    folders.own_folder(folder, "compare")
+    arguments.own_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
     compared = compare_file(model, given[1], at or [])
     found = compared.found
@@ -290,7 +290,7 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
 
 def _print(found: "Comparison", folder: Path, json: str | None, once: output.Once) -> None:
     """Print the errors of every test, and what was not said before."""
-    from shakerproc.runs.remarks import by_tests
+    from shakerproc.runs.summary import by_tests
 
     rows = []
     for test in found.tests:

@@ -74,9 +74,9 @@ def _processed(
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
     from shakerproc.cli.batch_output import tell, work_through_log
+    from shakerproc.workflows.campaign import TrendWish, write_up
     from shakerproc.workflows.evidence import NONE
     from shakerproc.workflows.machines import Machines
-    from shakerproc.workflows.write_up import TrendWish, write_up
 
     with locked(root):
         campaign = work_through_log(log, root, Products(figures=figures), Machines())

@@ -7,7 +7,7 @@ import typer
 
 from shakerproc.cli import next_step, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
+from shakerproc.workflows import arguments
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis, Errors, Tried
@@ -35,7 +35,7 @@ def diagnose(
     from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.runs.remarks import by_tests
+    from shakerproc.runs.summary import by_tests
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import evidence
     from shakerproc.workflows.diagnosis import judged
@@ -44,7 +44,7 @@ def diagnose(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    folders.own_folder(folder, "diagnose")
+    arguments.own_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)

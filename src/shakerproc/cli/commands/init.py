@@ -48,8 +48,7 @@ def init(
 
 
 def _own(folder: Path, recordings: Path, said: "Sampling") -> None:
-    from shakerproc.workflows.draft import begin
-    from shakerproc.workflows.recordings_seen import recordings_below
+    from shakerproc.workflows.draft import begin, recordings_below
 
     with output.progress("looking into", len(recordings_below(recordings))) as advance:
         log, model = begin(folder, recordings, said, advance, output.warning)

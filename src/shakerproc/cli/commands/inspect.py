@@ -81,7 +81,7 @@ def _show(
     recording: "Recording", groups: "tuple[RawGroup, ...]", json: str | None, *, health: bool
 ) -> None:
     from shakerproc.recordings import health as find_flags
-    from shakerproc.runs.remarks import unused_lines
+    from shakerproc.runs.summary import unused_lines
 
     path = recording.path or Path(recording.run)
     flags = find_flags(recording) if health else ()

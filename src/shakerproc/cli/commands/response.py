@@ -7,7 +7,7 @@ import typer
 
 from shakerproc.cli import options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
+from shakerproc.workflows import arguments
 
 if TYPE_CHECKING:
     from shakerproc.models import Model
@@ -83,7 +83,7 @@ def response(
             param_hint="--subharmonic",
         )
     announce()
-    folders.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
+    arguments.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
@@ -243,7 +243,7 @@ def _write(
     if figures:
         from shakerproc.report.figures import style
         from shakerproc.report.figures.to_png import save
-        from shakerproc.report.models.response import response_figure
+        from shakerproc.report.models.curves import response_figure
 
         with style.look():
             save(response_figure(found, others, free, sensor), folder / "response.png")

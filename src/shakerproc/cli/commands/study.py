@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import folders
+from shakerproc.workflows import arguments
 
 if TYPE_CHECKING:
     from shakerproc.studies import StudyResult
@@ -83,7 +83,7 @@ def _run(
         output.message(f"note: {note}")
     total = len(jobs_of(read))
     folder = _folder(out, path)
-    folders.own_folder(folder, "study")
+    arguments.own_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,
@@ -97,7 +97,7 @@ def _run(
         if figures:
             from shakerproc.report.figures import style
             from shakerproc.report.figures.to_png import save
-            from shakerproc.report.models.study import study_figure
+            from shakerproc.report.models.curves import study_figure
 
             with style.look():
                 save(study_figure(result), folder / "figure.png")
@@ -149,7 +149,7 @@ def _print(result: "StudyResult", json: str | None) -> None:
 
 def _thesis(out: Path | None, json: str | None) -> None:
     from shakerproc import files
-    from shakerproc.verification.claims import claims_page, thesis_claims
+    from shakerproc.verification import claims_page, thesis_claims
 
     with output.progress("statements of the thesis", len(thesis_claims())) as advance:
         outcomes = []

@@ -25,7 +25,7 @@ from shakerproc.report.evidence.errors import (
 from shakerproc.report.evidence.models import Models, level_of, loudest
 from shakerproc.report.evidence.motion import free_law, laws
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
-from shakerproc.runs.remarks import by_tests
+from shakerproc.runs.summary import by_tests
 
 ONE_METHOD: Final = (
     "All errors in this report are of a model that runs free under the measured input; a "

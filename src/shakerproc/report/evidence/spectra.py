@@ -21,7 +21,7 @@ from shakerproc.report.evidence.models import (
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.page.sections import PageFigure
-from shakerproc.report.runs.curves import logarithmic_axis
+from shakerproc.report.runs.in_units import logarithmic_axis
 
 HEARD: Final = 0.1
 """Coherence below which a phase is noise and is left out [-]."""

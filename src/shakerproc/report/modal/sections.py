@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
+from shakerproc.campaign.trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
 from shakerproc.modal.scatter import scatter_text
@@ -17,8 +17,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Mark, Plot
 from shakerproc.report.figures.units import read_ratio
-from shakerproc.report.modal.figures import indicator
-from shakerproc.report.modal.shapes import matrix, moving_shape, swings
+from shakerproc.report.modal.figures import indicator, matrix, moving_shape, swings
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable

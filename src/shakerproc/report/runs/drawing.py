@@ -15,9 +15,15 @@ from shakerproc.report.figures.figure import Axis, Figure, Plot
 from shakerproc.report.figures.to_png import LEFT
 from shakerproc.report.figures.units import USUAL, read_unit
 from shakerproc.report.page.sections import PageFigure
-from shakerproc.report.runs.curves import STILL, RunContent, kept
 from shakerproc.report.runs.figures import FIGURES, IN_FILES, ON_PAGE
-from shakerproc.report.runs.in_units import curve_in, run_in, surface_in
+from shakerproc.report.runs.in_units import (
+    STILL,
+    RunContent,
+    curve_in,
+    kept,
+    run_in,
+    surface_in,
+)
 from shakerproc.runs.curves import curves_of, surface_of
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summarising import numbers_of

@@ -21,7 +21,7 @@ from shakerproc.report.figures.figure import (
     Plot,
     Span,
 )
-from shakerproc.report.runs.curves import (
+from shakerproc.report.runs.in_units import (
     RunContent,
     even_axis,
     frequency_axis,
