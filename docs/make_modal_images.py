@@ -10,7 +10,7 @@ from benchmarks.modal_signals import draw
 import shakerproc
 from shakerproc.geometry import Wireframe
 from shakerproc.geometry.data_sets import geometry, header
-from shakerproc.modal.from_log import analyse_log
+from shakerproc.modal.from_measurements import analyse_log
 from shakerproc.recordings.writers.uff import FREQUENCY, Axis, End, Head, write_function
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import save

@@ -16,8 +16,8 @@ from shakerproc.campaign.jobs import Products
 from shakerproc.errors import LogError, RecordingError
 from shakerproc.recordings import Sampling
 from shakerproc.testlog import read_testlog
+from shakerproc.workflows.arguments import Machines
 from shakerproc.workflows.campaign import TrendWish
-from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.watching import (
     DraftedLog,
     FileStamp,

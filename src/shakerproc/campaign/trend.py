@@ -17,8 +17,8 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.modal.analysis import LEAST_MAC, TELLING
 from shakerproc.modal.shapes import mac
-from shakerproc.modal.tracking import LEAST_MAC, TELLING
 from shakerproc.runs.summary import PeakSummary, Value
 
 OCTAVE: Final = math.log(2.0)

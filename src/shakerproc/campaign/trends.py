@@ -9,8 +9,7 @@ from typing import Final
 
 from shakerproc.campaign.trend import Trend, TrendPoint, TrendRequest, TrendValue, followed
 from shakerproc.errors import LogError
-from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.tracking import Track
+from shakerproc.modal.analysis import ModalAnalysis, TestModes, Track
 from shakerproc.numerals import numeral
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
 from shakerproc.testlog import facts_of

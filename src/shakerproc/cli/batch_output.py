@@ -14,16 +14,16 @@ from shakerproc.campaign.trends import told_of_modes
 from shakerproc.cli import output
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.from_log import analyse_log
+from shakerproc.modal.from_measurements import analyse_log
 from shakerproc.modal.gathering import SINGLE_FREQUENCIES
-from shakerproc.modal.scatter import scatter_text
+from shakerproc.modal.identification import scatter_text
 from shakerproc.numerals import numeral
 from shakerproc.runs import RunSummary
 from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.summary import by_tests
 from shakerproc.testlog import TestLog
+from shakerproc.workflows.arguments import Machines
 from shakerproc.workflows.campaign import run_log
-from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.modal_tables import (
     document_of,
     reciprocity_columns,

@@ -10,9 +10,8 @@ from pydantic import BaseModel, Field
 from shakerproc.documents import Document, FromList, Section, read_document
 from shakerproc.errors import DocumentError
 from shakerproc.finite_elements.annular_plate import mindlin_modes
-from shakerproc.finite_elements.coupon import Clamp, Coupon, Hole, Material
+from shakerproc.finite_elements.coupon import Clamp, Coupon, Hole, Material, ThermalFit
 from shakerproc.finite_elements.hole_stiffness import Axis, Plane
-from shakerproc.finite_elements.thermal import ThermalFit
 from shakerproc.models import BASE, Element, Excitation, Model, Sensor
 from shakerproc.models.effects.damper import Damper
 from shakerproc.models.effects.spring import Spring

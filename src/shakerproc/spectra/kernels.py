@@ -15,7 +15,7 @@ jit = numba.njit(cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, no
 
 
 @jit
-def window_segments(  # noqa: PLR0917  (compiled functions have no keyword-only arguments)
+def window_segments(
     samples: FloatArray,
     first: int,
     step: int,
@@ -151,7 +151,7 @@ def fill_waves(
 
 
 @jit
-def demodulate(  # noqa: PLR0917  (compiled functions have no keyword-only arguments)
+def demodulate(
     samples: FloatArray,
     limits: IndexArray,
     phase: FloatArray,
@@ -196,7 +196,7 @@ exact_jit = numba.njit(cache=True, nogil=True)
 
 
 @exact_jit
-def follow_oscillators(  # noqa: PLR0917  (compiled functions have no keyword-only arguments)
+def follow_oscillators(
     samples: FloatArray,
     steps: FloatArray,
     substeps: NDArray[np.int64],
@@ -311,7 +311,7 @@ def rainflow(signal: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @exact_jit
-def follow_damage(  # noqa: PLR0917  (compiled functions have no keyword-only arguments)
+def follow_damage(
     samples: FloatArray,
     steps: FloatArray,
     substeps: NDArray[np.int64],

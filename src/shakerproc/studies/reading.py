@@ -13,10 +13,17 @@ from shakerproc.runs.tables import former_note, present_name
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.base import StudyJob, jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
-from shakerproc.studies.placing import unit_of_place
 from shakerproc.studies.results import Check, Relation, Trend
 from shakerproc.studies.schema import CheckSection, ClaimSection, StudySection
-from shakerproc.studies.study import Claim, Measure, Study, StudyRun, Variation, Warmth
+from shakerproc.studies.study import (
+    Claim,
+    Measure,
+    Study,
+    StudyRun,
+    Variation,
+    Warmth,
+    unit_of_place,
+)
 from shakerproc.units import near_miss, to_si
 
 BOUNDS: Final[tuple[Relation, ...]] = ("equals", "above", "below")

@@ -9,7 +9,7 @@ from typing import Final, Literal, TypeAlias, final
 
 from shakerproc import units
 from shakerproc.data import ChannelUse, told_days
-from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.fields import MisfitError
 from shakerproc.units import is_unit_of, near_miss, numbered, quoted, to_si
 
 ChosenUnits = Mapping[str, tuple[str, float]]

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
 from shakerproc.testlog.excitation import threshold_of
-from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.fields import MisfitError
 from shakerproc.testlog.one_test import Expectation
 from shakerproc.testlog.processing import (
     Crop,

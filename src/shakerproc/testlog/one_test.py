@@ -16,8 +16,8 @@ from shakerproc.testlog.excitation import (
     Multisine,
     Profile,
 )
+from shakerproc.testlog.fields import is_inside
 from shakerproc.testlog.header import Instrument
-from shakerproc.testlog.paths import is_inside
 from shakerproc.testlog.processing import Processing
 from shakerproc.units import is_same_unit, quoted
 

@@ -16,8 +16,7 @@ from shakerproc.testlog.excitation import (
     Multisine,
     level_of,
 )
-from shakerproc.testlog.fields import Decibels, Hertz, Seconds, Text
-from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.fields import Decibels, Hertz, MisfitError, Seconds, Text
 from shakerproc.testlog.processing import Baseline
 from shakerproc.units import in_unit, is_unit_of, near_miss, quoted, to_si
 

@@ -11,8 +11,7 @@ from typing import Final, TypeAlias, final
 from shakerproc.errors import LogError
 from shakerproc.numerals import numeral
 from shakerproc.testlog.excitation import LEVELS, LevelUnit, Profile, ProfileNotch
-from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.paths import csv_cells
+from shakerproc.testlog.fields import MisfitError, csv_cells
 from shakerproc.testlog.processing import Tolerance
 from shakerproc.testlog.schema import ProfileSection, TestSection
 from shakerproc.units import is_unit_of, near_miss, quoted, to_si

@@ -8,11 +8,11 @@ from typing import Literal, final
 
 from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
-from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.excitation import LevelUnit, Profile, level_of, rate_of, tidy
+from shakerproc.testlog.fields import Below, MisfitError, relative_path
 from shakerproc.testlog.geometry import geometry_of, seated
 from shakerproc.testlog.header import Header, Shaker, Specimen, limits_of
-from shakerproc.testlog.log import TestLog
+from shakerproc.testlog.log import Sharing, TestLog, check_keys
 from shakerproc.testlog.merging import (
     merged_channels,
     merged_expectation,
@@ -20,9 +20,7 @@ from shakerproc.testlog.merging import (
     modal_of,
     sample_rate_of,
 )
-from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.one_test import Beside, Event, Expectation, Tag, Test
-from shakerproc.testlog.paths import Below, relative_path
 from shakerproc.testlog.processing import Processing
 from shakerproc.testlog.processing_sections import multisine_of, tones_of
 from shakerproc.testlog.profiles import fitting_profile, profile_of

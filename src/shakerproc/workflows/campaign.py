@@ -12,23 +12,22 @@ from shakerproc import __version__, files
 from shakerproc.campaign import tables, trends
 from shakerproc.campaign.batch import UNTOLD, CampaignResult, Execution, Progress, run_batch
 from shakerproc.campaign.earlier import Earlier, change_columns, changes, read_earlier
-from shakerproc.campaign.jobs import Products, relative_recording
-from shakerproc.campaign.remote import RemoteExecutor, RemoteHashes
+from shakerproc.campaign.jobs import Products, RemoteExecutor, RemoteHashes, relative_recording
 from shakerproc.campaign.result_folder import locked, settle
 from shakerproc.campaign.tables import write_tables
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import ArgumentError, ShakerprocError
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page.header import HeaderView
 from shakerproc.report.page.page import Report, Watched, tried_header, write_report
-from shakerproc.report.page.sections import ReportSection
+from shakerproc.report.page.sections import HeaderView, ReportSection
 from shakerproc.report.runs.in_units import trend_in
 from shakerproc.report.trends import draw_trends, earlier_section
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import ChosenUnits, Test, TestLog, chosen_units, facts_of
 from shakerproc.workflows.arguments import (
     AnyPath,
+    Machines,
     choice_of,
     list_of,
     log_of,
@@ -46,7 +45,6 @@ from shakerproc.workflows.evidence import (
     methods_of,
     sections_of,
 )
-from shakerproc.workflows.machines import Machines
 from shakerproc.workflows.processing_options import Options, described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from shakerproc.comparison import Measured
-    from shakerproc.report.evidence.decays import Decays
+    from shakerproc.report.evidence.functions import Decays
 
 
 @final
@@ -98,14 +98,14 @@ class DecayComparison(Shown):
     @property
     def drawn(self) -> "Decays":
         """The content of the report's figures."""
-        from shakerproc.report.evidence.decays import Decays
+        from shakerproc.report.evidence.functions import Decays
 
         return Decays(self.found, self.before)
 
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` draws."""
-        from shakerproc.report.evidence.decays import panels_of
+        from shakerproc.report.evidence.functions import panels_of
 
         return tuple(panels_of(self.drawn))
 
@@ -122,7 +122,7 @@ class DecayComparison(Shown):
         ArgumentError
             If there is no such figure.
         """
-        from shakerproc.report.evidence.decays import panels_of
+        from shakerproc.report.evidence.functions import panels_of
         from shakerproc.report.figures import style
         from shakerproc.report.runs.analyses import draw_panel
 
@@ -143,7 +143,7 @@ class DecayComparison(Shown):
         figures: bool,
     ) -> Path:
         """Write tables, figures and the page; return the page."""
-        from shakerproc.report.evidence.decays import decay_report, draw_decays
+        from shakerproc.report.evidence.functions import decay_report, draw_decays
         from shakerproc.report.page.page import write_report
 
         rows = self.rows

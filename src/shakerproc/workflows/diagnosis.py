@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from pydantic import TypeAdapter
 
-from shakerproc.campaign.remote import at_hand
+from shakerproc.campaign.jobs import at_hand
 from shakerproc.comparison import Usable
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.compared import Comparisons
@@ -19,8 +19,7 @@ from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import log_of, model_of, whole_of
-from shakerproc.workflows.machines import Machines
+from shakerproc.workflows.arguments import Machines, log_of, model_of, whole_of
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -22,11 +22,10 @@ from shakerproc.data import ComplexArray
 from shakerproc.geometry import Place, Wireframe, data_sets
 from shakerproc.geometry.data_sets import NodalShape
 from shakerproc.geometry.wireframe import numbered_nodes
-from shakerproc.modal.analysis import ModalAnalysis, TestModes, file_name
+from shakerproc.modal.analysis import ModalAnalysis, TestModes, file_name, mac_over
 from shakerproc.modal.geometry import motion_of
 from shakerproc.modal.modal_model import ModeSet
 from shakerproc.modal.shapes import mac
-from shakerproc.modal.tracking import mac_over
 from shakerproc.recordings.writers.uff import (
     FREQUENCY,
     QUANTITIES,

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from shakerproc.campaign.trends import told_of_modes
 from shakerproc.errors import ArgumentError
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.from_functions import analyse_functions
-from shakerproc.modal.from_log import analyse_log
+from shakerproc.modal.from_measurements import analyse_functions, analyse_log
 from shakerproc.recordings.response_functions import holds_functions, read_functions
 from shakerproc.testlog import Modal, Test, TestLog
 from shakerproc.workflows.arguments import (

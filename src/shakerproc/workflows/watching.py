@@ -19,6 +19,7 @@ from shakerproc.recordings.raw import Sampling
 from shakerproc.report.page.page import Watched, tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
+from shakerproc.workflows.arguments import Machines
 from shakerproc.workflows.campaign import TrendWish, run_log, units_of, write_up
 from shakerproc.workflows.draft import (
     SeenRecording,
@@ -30,7 +31,6 @@ from shakerproc.workflows.draft import (
     seen_of,
     test_lines,
 )
-from shakerproc.workflows.machines import Machines
 
 _OURS: Final = frozenset({result_folder.LOCK, result_folder.NAME})
 """A folder with one of these holds results, of which some have the ending of a recording."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
@@ -138,8 +138,8 @@ def batch(
     from shakerproc.cli.batch_output import tell, work_through_log
     from shakerproc.report.page.page import tried_header
     from shakerproc.testlog import read_testlog
+    from shakerproc.workflows.arguments import Machines
     from shakerproc.workflows.campaign import TrendWish, units_of, write_up
-    from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.processing_options import with_averaging
 
     options.exclusive(
@@ -195,7 +195,7 @@ def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) 
     """Say what comes next, of a log that no model was compared with; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
-        next_step.after_batch(to_compare, json)
+        messages.after_batch(to_compare, json)
     if "failed" in states:
         output.finish(1)
 
@@ -221,7 +221,7 @@ def _with_more(
     further: "Sequence[ReportSection]",
 ) -> dict[str, Any]:
     """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
-    from shakerproc.campaign.remote import at_hand
+    from shakerproc.campaign.jobs import at_hand
     from shakerproc.diagnosis.headline import headline
     from shakerproc.workflows.campaign import write_up
     from shakerproc.workflows.evidence import NONE, held_against

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
 from shakerproc.workflows import arguments
 
@@ -77,7 +77,7 @@ def compare(
     Response functions that an analyser has exported are compared with those of the model's
     linear part, without a log.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.comparison import explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
@@ -130,7 +130,7 @@ def compare(
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    next_step.after_comparing(model, log, json, explained=explained(found))
+    messages.after_comparing(model, log, json, explained=explained(found))
 
 
 def _functions(

@@ -174,7 +174,7 @@ def _plays(described: "CouponFile", temperatures: list[float]) -> list[tuple[flo
     typer.BadParameter
         If the coupon file has no joint.
     """
-    from shakerproc.finite_elements.thermal import clearances_at
+    from shakerproc.finite_elements.coupon import clearances_at
 
     if not temperatures:
         return []

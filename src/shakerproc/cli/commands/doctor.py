@@ -126,7 +126,7 @@ def doctor(json: output.JsonOption = None) -> None:
     On its first run it compiles the simulation for this machine, so that later commands need
     not.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
 
     announce()
     packages = _packages()

@@ -59,7 +59,7 @@ def forecast(
     below it: how far the model missed them widens the bands. The first line is go or no-go.
     --notch writes the profile with the least taken away that keeps every limit.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.forecasts.notch_plan import NotchWish
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed

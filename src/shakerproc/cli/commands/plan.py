@@ -290,7 +290,7 @@ def _write(
     if figures and any(planned.shaken is not None for planned in plans):
         from shakerproc.report.figures import style
         from shakerproc.report.figures.to_png import save
-        from shakerproc.report.models.planning import plan_figure
+        from shakerproc.report.models.curves import plan_figure
 
         with style.look():
             made = plan_figure(plans, wish.joint, wish.limits, title)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands import CROP, TEST
 from shakerproc.numerals import numeral
 from shakerproc.workflows import arguments
@@ -221,7 +221,7 @@ def process(
     _tell(summary)
     output.write_json(summary, json)
     _print(summary, folder, json)
-    next_step.after_processing(recording, log, json)
+    messages.after_processing(recording, log, json)
 
 
 def _tell(summary: "RunSummary") -> None:

@@ -74,7 +74,7 @@ def response(
     branch is unstable the motion jumps to another. Where the masses have free play, F / (k a)
     tells how strong the nonlinearity is.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.simulation import harmonic_balance as hb
 
     if any(not 2 <= order <= MOST_ORDER for order in subharmonic or []):

@@ -92,7 +92,7 @@ def simulate(
     are written where the log expects them; with it, beside a copy of the log. Nothing that
     is there is replaced without --overwrite.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.planning.rehearsal import USUAL_NOISE

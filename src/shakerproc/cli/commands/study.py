@@ -10,7 +10,7 @@ from shakerproc.workflows import arguments
 
 if TYPE_CHECKING:
     from shakerproc.studies import StudyResult
-    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.arguments import Machines
 
 
 def study(
@@ -38,7 +38,7 @@ def study(
     The peak frequency is always given with its estimator, the width of its bins, the direction
     of the sweep and, with free play, F / (k a), which alone decides the shape of the response.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
 
     announce()
     if thesis == bool(files):
@@ -51,7 +51,7 @@ def study(
             )
         _thesis(out, json)
         return
-    from shakerproc.workflows.machines import LONG, MUCH, Machines
+    from shakerproc.workflows.arguments import LONG, MUCH, Machines
 
     documents = []
     for path in files or []:

@@ -98,8 +98,8 @@ def watch(
     """
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
+    from shakerproc.workflows.arguments import Machines
     from shakerproc.workflows.campaign import TrendWish
-    from shakerproc.workflows.machines import Machines
     from shakerproc.workflows.watching import Pace, Watch
 
     said = options.sampling_of(

@@ -79,7 +79,7 @@ class GeneralBoucWen(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import bouc_wen_along  # loads the compiler: late
+        from shakerproc.models.kernels import bouc_wen_along  # loads the compiler: late
 
         return bouc_wen_along(displacement, np.array(self.rows()[0].values))
 

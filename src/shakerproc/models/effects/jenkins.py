@@ -57,7 +57,7 @@ class Jenkins(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import jenkins_along  # loads the compiler: late
+        from shakerproc.models.kernels import jenkins_along  # loads the compiler: late
 
         return jenkins_along(displacement, self.stiffness, self.slip_force)
 

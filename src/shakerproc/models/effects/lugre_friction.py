@@ -93,7 +93,7 @@ class LuGreFriction(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import lugre_along  # loads the compiler: late
+        from shakerproc.models.kernels import lugre_along  # loads the compiler: late
 
         values = np.array(self.rows()[0].values)
         return lugre_along(velocity + 0.0 * displacement, 1.0 / sample_rate, values)

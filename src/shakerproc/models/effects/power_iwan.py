@@ -71,7 +71,7 @@ class PowerIwan(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import iwan_along  # loads the compiler: late
+        from shakerproc.models.kernels import iwan_along  # loads the compiler: late
 
         return iwan_along(displacement, *self.rows()[0].values)
 

@@ -73,7 +73,7 @@ class Series(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import series_along  # loads the compiler: late
+        from shakerproc.models.kernels import series_along  # loads the compiler: late
 
         chain = _chain(self.elements)
         return series_along(displacement, 1.0 / sample_rate, np.array(chain.values()))

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from shakerproc.campaign.trends import trends_of_modes
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes, file_name
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes, Track, file_name
 from shakerproc.modal.geometry import Geometry
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
-from shakerproc.modal.tracking import Track
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 from shakerproc.report.figures.axes import UNIT
@@ -23,7 +22,7 @@ from shakerproc.report.figures.heat_map import WHITE_FROM
 from shakerproc.report.figures.to_png import save
 from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.trends import draw_trends
-from shakerproc.runs.curves import unbroken_phase
+from shakerproc.runs.summarising import unbroken_phase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,11 +8,10 @@ import numpy as np
 
 from shakerproc.campaign.trends import told_of_modes, trends_of_modes
 from shakerproc.data import FloatArray
-from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
-from shakerproc.modal.scatter import scatter_text
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes, mac_over
+from shakerproc.modal.identification import scatter_text
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
-from shakerproc.modal.tracking import mac_over
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Mark, Plot

@@ -22,15 +22,17 @@ from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import PrintingError
 from shakerproc.report.figures import axes, heat_map, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page.header import (
+from shakerproc.report.page.methods import Methods, methods_of
+from shakerproc.report.page.sections import (
     HeaderView,
+    PageFigure,
+    ReportSection,
+    ReportTable,
     environment,
     header_view,
     rendered,
     with_expired,
 )
-from shakerproc.report.page.methods import Methods, methods_of
-from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.report.runs import view
 from shakerproc.report.runs.in_units import run_in, trend_in
 from shakerproc.report.runs.view import (

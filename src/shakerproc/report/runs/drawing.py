@@ -24,9 +24,8 @@ from shakerproc.report.runs.in_units import (
     run_in,
     surface_in,
 )
-from shakerproc.runs.curves import curves_of, surface_of
 from shakerproc.runs.result import RunResult
-from shakerproc.runs.summarising import numbers_of
+from shakerproc.runs.summarising import curves_of, numbers_of, surface_of
 from shakerproc.runs.summary import RunSummary
 from shakerproc.runs.thinning import Envelope, envelope
 from shakerproc.testlog import facts_of

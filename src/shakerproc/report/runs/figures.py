@@ -37,9 +37,9 @@ from shakerproc.report.runs.responses import (
     response,
     sweep,
 )
-from shakerproc.runs.curves import RANGE_DB, RunCurve
 from shakerproc.runs.levels import control_told as told_of_control
 from shakerproc.runs.levels import density_unit
+from shakerproc.runs.summarising import RANGE_DB, RunCurve
 from shakerproc.runs.summary import ControlSummary, PeakSummary, RunSummary
 
 

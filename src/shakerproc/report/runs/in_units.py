@@ -14,7 +14,7 @@ from shakerproc.report.figures import style
 from shakerproc.report.figures.figure import Axis, Curve, Span
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.runs.analysis import Panel, PanelScale
-from shakerproc.runs.curves import RunCurve, RunSurface
+from shakerproc.runs.summarising import RunCurve, RunSurface
 from shakerproc.runs.summary import (
     SURFACE_STEPS,
     AnalysisSummary,

@@ -21,7 +21,6 @@ from shakerproc.studies.kinds.base import (
     groups_of,
     label_of,
 )
-from shakerproc.studies.placing import TEMPERATURE, clearance_of
 from shakerproc.studies.readings import (
     SimulatedMotion,
     in_words,
@@ -30,7 +29,7 @@ from shakerproc.studies.readings import (
     spectrum,
 )
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
-from shakerproc.studies.study import Measure, Study, StudyRun
+from shakerproc.studies.study import TEMPERATURE, Measure, Study, StudyRun, clearance_of
 
 
 @final
