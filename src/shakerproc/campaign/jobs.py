@@ -15,7 +15,7 @@ from shakerproc.data import SourceFile
 from shakerproc.errors import RecordingError, ShakerprocError
 from shakerproc.executors import AbstractExecutor, Task, TaskOutcome, Work
 from shakerproc.recordings import fetch, sha256
-from shakerproc.recordings.source_files import Seen
+from shakerproc.recordings.source_files import FileHash
 from shakerproc.testlog import Test, TestLog
 
 RUNS: Final = "runs"
@@ -23,7 +23,7 @@ RUNS: Final = "runs"
 
 SUMMARY: Final = "summary.json"
 
-Hashed: TypeAlias = tuple[str, tuple[Seen, ...]]
+Hashed: TypeAlias = tuple[str, tuple[FileHash, ...]]
 """Hash of the recording of a test, and what is known of its files on this machine."""
 
 NOT_HASHED: Final[Hashed] = ("", ())
@@ -78,7 +78,7 @@ class Job:
     recording: str
     sha256: str
     products: Products
-    seen: tuple[Seen, ...] = ()
+    seen: tuple[FileHash, ...] = ()
 
 
 def folder_names(tests: Sequence[Test]) -> dict[int | str, str]:

@@ -246,7 +246,7 @@ def trend_over(
         str(p.x),
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
-    told = [*told_of(taken), *_jumps(ordered, taken)]
+    told = [*remarks_on_trend(taken), *_jumps(ordered, taken)]
     caption = " ".join([request.caption, ending.format(_how(taken)), *told])
     if left_out:
         caption += f" Left out: {'; '.join(left_out)}."
@@ -261,7 +261,7 @@ def _how(taken: Sequence[TrendValue]) -> str:
     return f"the mode that makes the tallest peak of most tests, followed {how}."
 
 
-def told_of(taken: Sequence[TrendValue]) -> list[str]:
+def remarks_on_trend(taken: Sequence[TrendValue]) -> list[str]:
     """Return where the tallest peak is not of the mode that is followed, in sentences."""
     away = [
         f"{numeral(one.tallest_hz, 4)} Hz in test {one.test}"
@@ -366,7 +366,7 @@ def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
 
 def _remarks(ends: Sequence[TrendValue]) -> list[str]:
     """Return remarks on the first and the last test of a shift, a sentence each."""
-    told = told_of(ends)
+    told = remarks_on_trend(ends)
     first, last = (one.test for one in ends)
     if last in ends[0].unsure:
         told.append(
@@ -435,7 +435,7 @@ def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
     return found
 
 
-def told_of_modes(analysis: ModalAnalysis) -> tuple[str, ...]:
+def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
     """Return the shift of each mode with clearance or level, a sentence each."""
     told = (
         shift_sentence(

@@ -10,7 +10,7 @@ import numpy as np
 from shakerproc.campaign import trends
 from shakerproc.campaign.batch import CampaignResult, Progress
 from shakerproc.campaign.jobs import Products
-from shakerproc.campaign.trends import told_of_modes
+from shakerproc.campaign.trends import mode_shifts
 from shakerproc.cli import output
 from shakerproc.data import FloatArray
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
@@ -191,7 +191,7 @@ def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
             json_target=json,
             elsewhere="reciprocity.csv",
         )
-    for sentence in told_of_modes(analysis):
+    for sentence in mode_shifts(analysis):
         output.data(sentence, json_target=json)
     for note in analysis.notes:
         output.data(f"note: {note}", json_target=json)

@@ -119,7 +119,7 @@ def after_processing(recording: Path, log: Path | None, json: str | None) -> Non
 
 def after_batch(log: Path, json: str | None) -> None:
     """Say what comes after a batch: comparing the model beside the log, where there is one."""
-    model = _model_beside(log)
+    model = _model_of_folder(log)
     if model is None:
         text = "write a model, as `shakerproc init FOLDER` shows, and compare it"
         say(text, json, "compare", "MODEL", log)
@@ -159,7 +159,7 @@ def after_diagnosis(found: "Diagnosis", model: Path, log: Path, json: str | None
         say(f"{text}; then", json, "diagnose", model, log)
 
 
-def _model_beside(log: Path) -> Path | None:
+def _model_of_folder(log: Path) -> Path | None:
     """Return the model in the folder of a log: model.yaml before others, by name."""
     files: Sequence[Path] = sorted(
         (*log.parent.glob("*.yaml"), *log.parent.glob("*.yml")),

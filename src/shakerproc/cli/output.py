@@ -17,7 +17,7 @@ from shakerproc.cli import tables
 from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
-from shakerproc.workflows.arguments import checked_folder, own_folder
+from shakerproc.workflows.arguments import check_result_folder, checked_folder
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -145,7 +145,7 @@ def results(folder: Path, command: str) -> Iterator[None]:
     """
     from shakerproc.campaign.result_folder import settle
 
-    own_folder(folder, command)
+    check_result_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)
     with files.noted() as written:
         try:
@@ -162,7 +162,7 @@ def command() -> str:
     return shlex.join(["shakerproc", *sys.argv[1:]])
 
 
-def say_left_out(log: "TestLog") -> None:
+def say_planned_tests(log: "TestLog") -> None:
     """Say which tests of a log are planned and take no part."""
     for text in log.left_out:
         message(text)

@@ -93,7 +93,7 @@ def solid_frequencies(
         Natural frequencies, rising [Hz].
     """
     basis, stiffness, mass = _ring_matrices(coupon, diameters, elements)
-    held = _held(basis, coupon, clamp)
+    held = _clamped_dofs(basis, coupon, clamp)
     free = np.setdiff1d(np.arange(basis.N), held)
     return lowest_modes(stiffness[free][:, free], mass[free][:, free], count)[0]
 
@@ -118,7 +118,7 @@ def _basis(coupon: Coupon, elements: int) -> Basis:
     return Basis(mesh, ElementVector(ElementQuad2(), 3), intorder=5)
 
 
-def _held(basis: Basis, coupon: Coupon, clamp: Clamp) -> IndexArray:
+def _clamped_dofs(basis: Basis, coupon: Coupon, clamp: Clamp) -> IndexArray:
     radius, height = basis.doflocs
     inside = radius <= coupon.clamped_radius * (1.0 + 1e-9)
     at_face = np.abs(height) >= 0.5 * coupon.thickness * (1.0 - 1e-9)

@@ -155,13 +155,15 @@ def check_driven(
 
 
 def _of_file(document: Document[ModelSchema], where: Where, name: str) -> Structure:
-    path = _beside(document, where, name, (*YAML, *READERS))
+    path = _path_below(document, where, name, (*YAML, *READERS))
     if path.suffix.lower() in YAML:
         return read_structure(path)
     return _structure(document, where, StructureSchema(modes_from=name))
 
 
-def _beside(document: Document[Any], where: Where, name: str, endings: Sequence[str]) -> Path:
+def _path_below(
+    document: Document[Any], where: Where, name: str, endings: Sequence[str]
+) -> Path:
     """Return the path of a file that a document names, below its own folder or beside it.
 
     Raises
@@ -272,7 +274,7 @@ def _modes_of_file(
     if said.modes:
         raise document.error((*where, "modes"), "expected modes or modes_from, got both")
     named, here = str(said.modes_from), (*where, "modes_from")
-    table = read_mode_file(_beside(document, here, named, tuple(READERS)))
+    table = read_mode_file(_path_below(document, here, named, tuple(READERS)))
     points = said.points or tuple(said.nodes) or table.places
     rows, positions = [], dict(said.positions)
     row_of = {place: row for row, place in enumerate(table.places)}

@@ -170,7 +170,7 @@ def parallel_stiffness(model: "Model", element: "Element") -> float | None:
     springs = [effect.stiffness for effect in others if isinstance(effect, Spring)]
     if springs:
         return sum(springs)
-    return max(filter(None, map(_own_stiffness, others)), default=None)
+    return max(filter(None, map(_stiffness_of, others)), default=None)
 
 
 def reduced_mass(model: "Model", element: "Element") -> float:
@@ -227,7 +227,7 @@ def _complete(effect: AbstractEffect) -> bool:
     return True
 
 
-def _own_stiffness(effect: AbstractEffect) -> float | None:
+def _stiffness_of(effect: AbstractEffect) -> float | None:
     names = {field.name for field in fields(effect)}  # type: ignore[arg-type]
     if isinstance(effect, DependsOnSurroundings) or "stiffness" not in names:
         return None

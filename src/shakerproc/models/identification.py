@@ -252,7 +252,7 @@ def contact(at: JointScales) -> Free:
     return positive(at.steepness)
 
 
-def held(at: JointScales) -> Free:
+def sticking_stiffness(at: JointScales) -> Free:
     """Return the stiffness of a contact that sticks, as a coordinate: none beyond rigid."""
     size = min(at.steepness, at.rigid)
     return Free(1e-4 * size, min(at.rigid, 1e4 * size), "logarithm", size)

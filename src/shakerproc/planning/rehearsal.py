@@ -125,7 +125,7 @@ def _written(test: Test, model: Model, name: str, use: ChannelUse | None) -> Wri
         return WrittenChannel(Channel(name, "V", name, "V"), "V", None, "nothing")
     quantity = model.unit_of(ROLE_UNITS[use.role][0])
     usual = _USUAL.get(quantity, quantity)
-    holds, source = _held(test, model, use, quantity)
+    holds, source = _simulated_quantity(test, model, use, quantity)
     if use.sensitivity is not None:
         output, size = sensitivity(use.sensitivity, quantity)
         electrical = Channel(name, output, name, output)
@@ -144,7 +144,9 @@ def _converts(quantity: str, unit: str) -> bool:
     return True
 
 
-def _held(test: Test, model: Model, use: ChannelUse, quantity: str) -> tuple[Holds, str]:
+def _simulated_quantity(
+    test: Test, model: Model, use: ChannelUse, quantity: str
+) -> tuple[Holds, str]:
     """Return the quantity of a channel.
 
     Raises

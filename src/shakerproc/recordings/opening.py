@@ -28,7 +28,7 @@ from shakerproc.recordings.choosing import (
     FilePart,
     choose_channels,
     choose_part,
-    left_out,
+    missing_channels,
     unused_channels,
     with_numbers,
 )
@@ -36,7 +36,7 @@ from shakerproc.recordings.guard import foreign, shown
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
-from shakerproc.recordings.source_files import Seen, WatchedFile, open_regular
+from shakerproc.recordings.source_files import FileHash, WatchedFile, open_regular
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
 
@@ -254,7 +254,7 @@ class WholeFile:
 
 
 def read_whole(
-    path: Path | str, *, run: str | None = None, hashed: bool | Sequence[Seen] = False
+    path: Path | str, *, run: str | None = None, hashed: bool | Sequence[FileHash] = False
 ) -> WholeFile:
     """Return a file as it is, read or opened once; arguments as of `open_recording`.
 
@@ -282,7 +282,7 @@ def open_recording(
     sample_rate: float | Sampling | None = None,
     part: FilePart = WHOLE,
     run: str | None = None,
-    hashed: bool | Sequence[Seen] = False,
+    hashed: bool | Sequence[FileHash] = False,
     bad_rows: BadRows = "refuse",
 ) -> Recording:
     """Return the recording in a file; its samples are read when they are asked for, in SI.
@@ -365,7 +365,7 @@ def recording_in(
 
 def _absent(among: RawGroup, said: Sequence[ChannelUse] | None) -> list[str]:
     """Return which channels of every test this recording goes without."""
-    absent = left_out(among, said or ())
+    absent = missing_channels(among, said or ())
     if not absent:
         return []
     names = ", ".join(shown(use.key) for use in absent)
@@ -428,7 +428,7 @@ def _near(path: Path) -> str:
     return f"; did you mean {shown(near)}?" if near else "."
 
 
-def _own_rates(timing: Timing, count: int) -> list[float | None]:
+def _lower_rates(timing: Timing, count: int) -> list[float | None]:
     """Return the rate of each channel that was taken at a lower one than is served [Hz]."""
     if not timing.lines:
         return [None] * count
@@ -467,7 +467,7 @@ def _recording(  # noqa: PLR0917
         channels=tuple(
             replace(_channel(channel, use, scale), own_rate=rate)
             for (channel, use), scale, rate in zip(
-                chosen, scales, _own_rates(timing, len(chosen)), strict=True
+                chosen, scales, _lower_rates(timing, len(chosen)), strict=True
             )
         ),
         sample_rate=timing.sample_rate,

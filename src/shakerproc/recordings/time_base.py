@@ -152,7 +152,7 @@ def _agreed(
         most = max(SAME_AS_LOG, best.doubt)
         ways = [r for r in ways if abs(r.rate / said.rate - 1.0) <= most] or ways
     if len(ways) == 1:
-        return _settled(telling, best, ways[0], start_time)
+        return _agreed_base(telling, best, ways[0], start_time)
     if ways:
         problem = _undecided(best, ways)
     else:
@@ -209,7 +209,7 @@ def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
     )
 
 
-def _settled(
+def _agreed_base(
     every: Sequence[_Statement],
     best: _Statement,
     way: TimeReading,

@@ -94,7 +94,7 @@ def averaged_blows(
             found.append(judge(_block(recording, crop, sample, cut), sample, setup))
     kept = [blow.sample for blow in found if blow.kept]
     if not kept:
-        raise SpectrumError(_none_left(recording, crop, setup, found))
+        raise SpectrumError(_no_blow_reason(recording, crop, setup, found))
     blocks = (_block(recording, crop, sample, cut) for sample in kept)
     pulses: list[FloatArray] = []
     quiet: list[FloatArray] = []
@@ -211,7 +211,9 @@ def _windowed(
         yield block
 
 
-def _none_left(recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]) -> str:
+def _no_blow_reason(
+    recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]
+) -> str:
     """Return why no blow can be used, and what may help."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
     told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())

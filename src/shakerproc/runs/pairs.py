@@ -289,7 +289,7 @@ def _asked_of(result: RunResult) -> tuple[list[ChannelPair], list[str]]:
     return found, missing
 
 
-def told_of_forces(result: RunResult) -> tuple[str, ...]:
+def force_remarks(result: RunResult) -> tuple[str, ...]:
     """Return a sentence for each of several forces that cannot be told from the others."""
     asked, missing = _asked_of(result)
     if asked and not missing:
@@ -298,11 +298,11 @@ def told_of_forces(result: RunResult) -> tuple[str, ...]:
     return tuple(
         f"No response function over {names[force]}: {why}."
         for force in _driving(result)
-        if (why := _not_apart(result, force))
+        if (why := _dependence(result, force))
     )
 
 
-def functions_left_out(result: RunResult) -> list[str]:
+def missing_functions(result: RunResult) -> list[str]:
     """Return a sentence for each function that the log asks for and the run does not have."""
     return _asked_of(result)[1]
 
@@ -341,7 +341,7 @@ def _driving(result: RunResult) -> tuple[int, ...]:
 
 def _against(result: RunResult, force: int) -> list[ChannelPair]:
     """Return every response over a force, without what the other forces cause."""
-    if _not_apart(result, force):
+    if _dependence(result, force):
         return []
     forces, name = forces_of(result.channels), result.channels[force].name
     cross = _without_others(result, force)
@@ -357,7 +357,7 @@ def _without_others(result: RunResult, force: int) -> spectra.CrossSpectra:
     return spectra.conditioned(result.spectra, others) if others else result.spectra
 
 
-def _not_apart(result: RunResult, force: int) -> str:
+def _dependence(result: RunResult, force: int) -> str:
     """Return why a force cannot be told from the others, empty where it can."""
     driving = _driving(result)
     averages = result.spectra.effective_averages
@@ -370,7 +370,7 @@ def _not_apart(result: RunResult, force: int) -> str:
             "segment (welch: {segment: ...}) or record longer"
         )
     cross = _without_others(result, force)
-    if (_driven(result, (force,)) & _own(result, cross, (force,))).any():
+    if (_driven(result, (force,)) & _independent_power(result, cross, (force,))).any():
         return ""
     names = ", ".join(result.channels[i].name for i in driving if i != force)
     return (
@@ -379,7 +379,9 @@ def _not_apart(result: RunResult, force: int) -> str:
     )
 
 
-def _own(result: RunResult, cross: spectra.CrossSpectra, inputs: Sequence[int]) -> BoolArray:
+def _independent_power(
+    result: RunResult, cross: spectra.CrossSpectra, inputs: Sequence[int]
+) -> BoolArray:
     """Return where the inputs have power of their own."""
     rows = list(inputs)
     own = spectra.psd(cross)[rows].sum(axis=0)
@@ -423,7 +425,8 @@ def _pair(
         low=limits.low[0] * scale,
         high=limits.high[0] * scale,
         coherence=averaged_share(cross, spectra.coherence(cross, *rows)[0]),
-        excited=_excited(result, inputs, wanted.input) & _own(result, cross, inputs),
+        excited=_excited(result, inputs, wanted.input)
+        & _independent_power(result, cross, inputs),
         inputs=inputs,
         row=output,
         output=result.channels[output].name,

@@ -200,14 +200,14 @@ def process_recording(recording: Recording, test: Test, *, pictured: bool = True
         If the recording does not allow it; the message opens with the name of the run.
     """
     try:
-        return _process(held(recording), test, pictured=pictured)
+        return _process(in_memory(recording), test, pictured=pictured)
     except SpectrumError as error:
         raise SpectrumError(f"{recording.run}: {error}") from error
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Held(SampleSource):
+class _InMemory(SampleSource):
     """Samples in memory that nobody may change, so that parts of them need no copies."""
 
     whole: FloatArray
@@ -221,13 +221,13 @@ class _Held(SampleSource):
         """Do nothing: there is no file."""
 
 
-def held(recording: Recording) -> Recording:
+def in_memory(recording: Recording) -> Recording:
     """Return the recording with its samples in memory, where they are few enough."""
     if recording.n_samples * len(recording.channels) * 8 > IN_MEMORY:
         return recording
     samples = recording.samples()
     samples.flags.writeable = False
-    return replace(recording, source=_Held(samples), rows=tuple(range(len(samples))))
+    return replace(recording, source=_InMemory(samples), rows=tuple(range(len(samples))))
 
 
 def _with_shaft(whole: Recording, result: RunResult) -> RunResult:
@@ -307,7 +307,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         blows=blows,
         tones=tones,
     )
-    return _with_the_rest(whole, recording, _told_of_averages(result), pictured=pictured)
+    return _with_the_rest(whole, recording, _with_averages_note(result), pictured=pictured)
 
 
 def _with_the_rest(
@@ -382,7 +382,7 @@ def _why_not(
     return [sentence for sentence in said if sentence]
 
 
-def _told_of_averages(result: RunResult) -> RunResult:
+def _with_averages_note(result: RunResult) -> RunResult:
     """Return a result with a note of what one average cannot tell."""
     cross, n_samples = result.spectra, result.crop.stop - result.crop.start
     if cross.effective_averages > 1.0 or result.test.rings or result.blows is not None:

@@ -238,7 +238,7 @@ _TURN = 0.8  # rad of the fastest mode in one part of a sample
 def branches_of(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
     """Return the branches that each line can be on, or None where some are not linear."""
     found = _branches(machine)
-    return None if found is None or np.any(_carried(machine) >= 0) else found
+    return None if found is None or np.any(_nonlinear_numbers(machine) >= 0) else found
 
 
 def _branches(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
@@ -257,7 +257,7 @@ def _branches(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
     return tuple(all_branches) if most else None
 
 
-def _carried(machine: Machine) -> NDArray[np.int64]:
+def _nonlinear_numbers(machine: Machine) -> NDArray[np.int64]:
     """Return the number of each line among those that are not linear on their branches."""
     law, values = machine.lines[:, LAW], machine.values
     linear = np.isin(law, [*_WALLS, JENKINS, CONSTANT])
@@ -306,7 +306,7 @@ def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = F
     slot_of[(combinations + 1) @ 3 ** np.arange(n_lines)[::-1]] = np.arange(count)
     n_states = int(np.sum(machine.lines[:, MEMORY] >= 0))
     n_y, n_events = 2 * machine.mass.size + n_states, 2 * n_lines
-    carried = _carried(machine)
+    carried = _nonlinear_numbers(machine)
     n_forces = int(np.sum(carried >= 0))
     size = n_y + degree + 2 + FORCE_TERMS * n_forces
     store = Store(

@@ -486,7 +486,7 @@ def period_of(displacement: FloatArray, velocity: FloatArray) -> float:
     return float("inf")
 
 
-def chaotic_once_settled(growth: float, period: float) -> bool:
+def chaotic_in_steady_state(growth: float, period: float) -> bool:
     """Return whether motion once a period is chaotic: disturbed much, and not repeating.
 
     `growth` is a ratio [-], `period` counts periods of the drive [-].

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Final, Literal, TypeAlias, final
 
 from shakerproc import units
-from shakerproc.data import ChannelUse, told_days
+from shakerproc.data import ChannelUse, calibration_days
 from shakerproc.testlog.fields import MisfitError
 from shakerproc.units import is_unit_of, near_miss, numbered, quoted, to_si
 
@@ -105,7 +105,7 @@ class Instrument:
     def told(self) -> str:
         """A sentence part for people."""
         serial = f", serial number {self.serial}" if self.serial else ""
-        return f"{self.name}{serial}{told_days(self.calibrated, self.valid_until)}"
+        return f"{self.name}{serial}{calibration_days(self.calibrated, self.valid_until)}"
 
 
 def chosen_units(words: Sequence[str]) -> ChosenUnits:

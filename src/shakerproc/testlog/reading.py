@@ -20,7 +20,7 @@ from shakerproc.testlog.merging import (
     modal_of,
     sample_rate_of,
 )
-from shakerproc.testlog.one_test import Beside, Event, Expectation, Tag, Test
+from shakerproc.testlog.one_test import Event, Expectation, FurtherRecording, Tag, Test
 from shakerproc.testlog.processing import Processing
 from shakerproc.testlog.processing_sections import multisine_of, tones_of
 from shakerproc.testlog.profiles import fitting_profile, profile_of
@@ -172,7 +172,9 @@ class _Reader:
             folder=self.recordings.folder,
             profile=profile,
             continued=self._continued(i, section),
-            beside=tuple(self._beside(i, j, one) for j, one in enumerate(section.beside)),
+            beside=tuple(
+                self._further_recording(i, j, one) for j, one in enumerate(section.beside)
+            ),
             multisine=multisine_of(section.multisine),
             tones=tones,
             events=tuple(Event(event.at, event.note) for event in section.events),
@@ -245,7 +247,7 @@ class _Reader:
                     raise MisfitError("expected each file once")
         return tuple(map(relative_path, section.continued))
 
-    def _beside(self, i: int, j: int, section: BesideSection) -> Beside:
+    def _further_recording(self, i: int, j: int, section: BesideSection) -> FurtherRecording:
         """Return the further parts of a test, beside its recording.
 
         Raises
@@ -267,7 +269,7 @@ class _Reader:
                 raise MisfitError("expected recording or group: where the channels are")
             with _At(self.document, "tests", i, "beside", j, "channels"):
                 channels = self._channels({}, section.channels)
-            return Beside(
+            return FurtherRecording(
                 None if name is None else relative_path(name),
                 channels,
                 section.group,

@@ -30,7 +30,7 @@ def path_of(name: str, given: Any, what: str) -> Path:
         If it is neither a text nor a path.
     """
     if not isinstance(given, (str, PathLike)) or not isinstance(fspath(given), str):
-        raise ArgumentError(name, f"expected the path of {what}, got {told(given)}")
+        raise ArgumentError(name, f"expected the path of {what}, got {argument_text(given)}")
     return Path(given)
 
 
@@ -61,7 +61,7 @@ def log_of(given: Any, name: str = "log") -> TestLog:
     if isinstance(given, TestLog):
         return given
     raise ArgumentError(
-        name, f"expected a test log, as read_log(path) returns it, got {told(given)}"
+        name, f"expected a test log, as read_log(path) returns it, got {argument_text(given)}"
     )
 
 
@@ -75,7 +75,7 @@ def text_of(name: str, given: Any, what: str = "a text") -> str:
     """
     if isinstance(given, str):
         return given
-    raise ArgumentError(name, f"expected {what}, got {told(given)}")
+    raise ArgumentError(name, f"expected {what}, got {argument_text(given)}")
 
 
 def switch_of(name: str, given: Any) -> bool:
@@ -88,7 +88,7 @@ def switch_of(name: str, given: Any) -> bool:
     """
     if isinstance(given, (bool, np.bool_)):
         return bool(given)
-    raise ArgumentError(name, f"expected True or False, got {told(given)}")
+    raise ArgumentError(name, f"expected True or False, got {argument_text(given)}")
 
 
 def whole_of(name: str, given: Any, least: int, most: int | None = None) -> int:
@@ -103,7 +103,7 @@ def whole_of(name: str, given: Any, least: int, most: int | None = None) -> int:
     if whole and least <= given and (most is None or given <= most):
         return int(given)
     span = f"from {least}" if most is None else f"from {least} to {most}"
-    raise ArgumentError(name, f"expected a whole number {span}, got {told(given)}")
+    raise ArgumentError(name, f"expected a whole number {span}, got {argument_text(given)}")
 
 
 def number_of(name: str, given: Any) -> float:
@@ -152,7 +152,7 @@ def _real(name: str, given: Any) -> float:
     if not isinstance(given, bool) and isinstance(given, Real):
         with suppress(OverflowError):
             return float(given)
-    raise ArgumentError(name, f"expected a number, got {told(given)}")
+    raise ArgumentError(name, f"expected a number, got {argument_text(given)}")
 
 
 def list_of(name: str, given: Any, what: str) -> tuple[Any, ...]:
@@ -165,7 +165,7 @@ def list_of(name: str, given: Any, what: str) -> tuple[Any, ...]:
     """
     if isinstance(given, Iterable) and not isinstance(given, (str, bytes, Mapping)):
         return tuple(given)
-    raise ArgumentError(name, f"expected a list of {what}, got {told(given)}")
+    raise ArgumentError(name, f"expected a list of {what}, got {argument_text(given)}")
 
 
 def choice_of(
@@ -188,7 +188,7 @@ def choice_of(
     raise ArgumentError(name, f"no {none} {given!r}; there are {there}")
 
 
-def told(given: object) -> str:
+def argument_text(given: object) -> str:
     """Return the given argument, for a message."""
     if isinstance(given, (str, bytes, int, float)) or given is None:
         text = repr(given)
@@ -275,7 +275,7 @@ def model_of(given: Any, name: str = "model") -> GivenModel:
     if isinstance(given, Model):
         return GivenModel(given)
     raise ArgumentError(
-        name, f"expected a model, as read_model(path) returns it, got {told(given)}"
+        name, f"expected a model, as read_model(path) returns it, got {argument_text(given)}"
     )
 
 
@@ -297,7 +297,7 @@ def checked_folder(folder: Path | None) -> Path | None:
     return folder
 
 
-def own_folder(folder: Path, command: str) -> None:
+def check_result_folder(folder: Path, command: str) -> None:
     """Pass a folder that a command may write its results into, before the long work.
 
     Raises

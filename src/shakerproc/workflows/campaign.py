@@ -28,10 +28,10 @@ from shakerproc.testlog import ChosenUnits, Test, TestLog, chosen_units, facts_o
 from shakerproc.workflows.arguments import (
     AnyPath,
     Machines,
+    check_result_folder,
     choice_of,
     list_of,
     log_of,
-    own_folder,
     path_of,
     switch_of,
     text_of,
@@ -418,7 +418,7 @@ def batch(
         earlier = read_earlier(path_of("against", against, "a folder"))
         wish = replace(wish, earlier=earlier)
     root = path_of("out", out, "a folder")
-    own_folder(root, "batch")
+    check_result_folder(root, "batch")
     with locked(root):
         done = run_log(known, root, Products(wish.figures), Machines(n_workers))
         write_up(known.title, done, root, wish)

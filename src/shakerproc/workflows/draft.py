@@ -257,7 +257,7 @@ def entries(seen: SeenRecording) -> dict[str, tuple[str, str]]:
     return found
 
 
-def own_channels(
+def unusual_channels(
     seen: SeenRecording,
     usual: Mapping[str, tuple[str, str]],
     controls: Sequence[str],
@@ -326,7 +326,7 @@ def log_text(
     """
     controls = controls_of_seen(seen[0])
     usual, crop = entries(seen[0]), crop_of(seen, controls)
-    own = {one.path: own_channels(one, usual, controls, crop) for one in seen}
+    own = {one.path: unusual_channels(one, usual, controls, crop) for one in seen}
     first = seen[0].path.relative_to(recordings).as_posix()
     for path in (path for path, text in own.items() if text):
         name = path.relative_to(recordings).as_posix()

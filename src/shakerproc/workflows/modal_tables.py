@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from shakerproc import __version__, files
-from shakerproc.campaign.trends import told_of_modes, trends_of_modes
+from shakerproc.campaign.trends import mode_shifts, trends_of_modes
 from shakerproc.data import ComplexArray
 from shakerproc.geometry import Place, Wireframe, data_sets
 from shakerproc.geometry.data_sets import NodalShape
@@ -191,7 +191,7 @@ def document_of(analysis: ModalAnalysis, path: Path) -> dict[str, Any]:
         "reciprocity": [
             dict(zip(pairs, row, strict=True)) for row in zip(*pairs.values(), strict=True)
         ],
-        "told": list(told_of_modes(analysis)),
+        "told": list(mode_shifts(analysis)),
         "failed": [{"test": name, "reason": reason} for name, reason in analysis.failed],
         "notes": list(analysis.notes),
     }

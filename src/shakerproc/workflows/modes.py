@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
-from shakerproc.campaign.trends import told_of_modes
+from shakerproc.campaign.trends import mode_shifts
 from shakerproc.errors import ArgumentError
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
 from shakerproc.modal.from_measurements import analyse_functions, analyse_log
@@ -125,7 +125,7 @@ class Modes(Shown):
         return ModeShape(one, whole_of("mode", mode, 1, one.modes.poles.size) - 1)
 
     def _repr_html_(self) -> str:
-        told = [*told_of_modes(self.found), *self.found.notes]
+        told = [*mode_shifts(self.found), *self.found.notes]
         told += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
         told += [f"test {one.name}: {note}" for one in self.found.tests for note in one.notes]
         names = ["test", "mode", "frequency_hz", "damping", "damping_low", "damping_high"]

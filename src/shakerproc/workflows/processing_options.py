@@ -14,11 +14,11 @@ from shakerproc.spectra.welch.windows import COSINE_TERMS, PERIODIC
 from shakerproc.testlog import Excitation, Test, ThresholdCrop, level_of, threshold_of
 from shakerproc.units import near_miss
 from shakerproc.workflows.arguments import (
+    argument_text,
     number_of,
     positive_of,
     switch_of,
     text_of,
-    told,
     whole_of,
 )
 
@@ -208,7 +208,7 @@ def measurement_of(said: int | str | None) -> int | str | None:
     text = str(said)
     if not text.isdecimal() or not 1 <= int(text) <= 10_000:
         raise ArgumentError(
-            "measurement", f"expected a number from 1, or all, got {told(said)}"
+            "measurement", f"expected a number from 1, or all, got {argument_text(said)}"
         )
     return int(text)
 

@@ -26,14 +26,14 @@ from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import (
     AnyPath,
+    argument_text,
+    check_result_folder,
     choice_of,
     file_of,
     list_of,
-    own_folder,
     path_of,
     switch_of,
     text_of,
-    told,
 )
 from shakerproc.workflows.processing_options import Options, described, unit_of
 from shakerproc.workflows.recording import OpenedRecording
@@ -213,7 +213,7 @@ def _what(given: object) -> tuple[Path, Test]:
         raise ArgumentError(
             "recording",
             "expected what open_recording(path) returns, a test of a log, or the path of a "
-            f"recording, got {told(given)}",
+            f"recording, got {argument_text(given)}",
         )
     path = file_of("recording", given, "a recording")
     return path, Test(id=path.stem)
@@ -254,7 +254,7 @@ def process_file(
         If the recording cannot be used, or the folder holds the results of another.
     """
     if out is not None:
-        own_folder(out, SINGLE)
+        check_result_folder(out, SINGLE)
     with open_path(path, test, controls=controls, unit=unit) as opened:
         first = "" if opened.file is None else opened.file.first_sha256()
         if out is not None:

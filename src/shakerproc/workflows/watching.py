@@ -27,9 +27,9 @@ from shakerproc.workflows.draft import (
     crop_of,
     entries,
     log_text,
-    own_channels,
     seen_of,
     test_lines,
+    unusual_channels,
 )
 
 _OURS: Final = frozenset({result_folder.LOCK, result_folder.NAME})
@@ -93,7 +93,7 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
     return found
 
 
-def standing(seen: Looked, settle: float, now: float) -> dict[Path, FileStamp]:
+def finished_files(seen: Looked, settle: float, now: float) -> dict[Path, FileStamp]:
     """Return the files that have stood still for `settle` [s]."""
     return {path: stamp for path, (stamp, since) in seen.items() if now - since >= settle}
 
@@ -241,7 +241,8 @@ class DraftedLog:
             )
         usual = self._usual(log)
         own = {
-            path: own_channels(one, usual, controls_of_seen(one), "none") + _own_crop(log, one)
+            path: unusual_channels(one, usual, controls_of_seen(one), "none")
+            + _quiet_crop(log, one)
             for path, one in seen.items()
         }
         lines = test_lines(own, log.folder, {str(test.id) for test in log.tests})
@@ -256,7 +257,7 @@ class DraftedLog:
         return {}
 
 
-def _own_crop(log: TestLog, seen: SeenRecording) -> str:
+def _quiet_crop(log: TestLog, seen: SeenRecording) -> str:
     """Return the threshold of a recording that is too quiet for that of the log."""
     crop = log.tests[0].processing.crop if log.tests else None
     controls = controls_of_seen(seen)
@@ -351,7 +352,7 @@ class Watch:
             paths = {*recordings_in(self.folder), *self._files()}
             now = time.monotonic()
             seen = looked(before, paths, now)
-            still = standing(seen, pace.settle, now)
+            still = finished_files(seen, pace.settle, now)
             if self._look(still, pace) or len(still) < len(seen):
                 changed = time.monotonic()
             if pace.idle is not None and time.monotonic() - changed >= pace.idle:

@@ -147,7 +147,7 @@ def batch(
     )
     log = read_testlog(testlog)
     log.recorded()
-    output.say_left_out(log)
+    output.say_planned_tests(log)
     _check_trends(log, trend or [], _words(by))
     _check_channel(log, channel)
     averaging = {

@@ -60,7 +60,7 @@ def check(
     from shakerproc.campaign.agreement import agreement, read_table
     from shakerproc.campaign.keeping import expired_notes
 
-    wanted = _wanted(columns, tolerance)
+    wanted = _tolerances(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
     try:
         result = agreement(found, reference, wanted)
@@ -145,7 +145,7 @@ def _file_of(path: Path) -> Path:
     return peaks
 
 
-def _wanted(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
+def _tolerances(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
     """Return the tolerance of each column.
 
     Raises
@@ -193,7 +193,7 @@ def _reason(table: "ResultTable", test: str) -> str:
 
 def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
     """Return one deviation as a line of text."""
-    from shakerproc.runs.levels import beside
+    from shakerproc.runs.levels import rounded_within
 
     place = [f"test {off.test}", off.channel, off.quantity]
     unit = f" {off.unit}" if off.unit else ""
@@ -203,10 +203,10 @@ def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
         pass
     elif tolerance.share is not None and off.wanted != 0.0:
         percent = 100.0 * (off.found - off.wanted) / abs(off.wanted)
-        by = f", off by {beside(percent, 100.0 * tolerance.share, 2)} %"
+        by = f", off by {rounded_within(percent, 100.0 * tolerance.share, 2)} %"
     else:
         decimals = max(0, 2 - math.floor(math.log10(abs(off.found - off.wanted))))
-        by = f", off by {beside(off.found - off.wanted, off.allowed, decimals)}{unit}"
+        by = f", off by {rounded_within(off.found - off.wanted, off.allowed, decimals)}{unit}"
     where = ", ".join(filter(None, place))
     return (
         f"{where}: {off.column}: {found}, wanted {off.wanted:.6g}{unit} +- {tolerance.text}{by}"

@@ -95,7 +95,7 @@ def compare(
         raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
     announce()
-    arguments.own_folder(folder, "compare")
+    arguments.check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
@@ -146,11 +146,11 @@ def _functions(
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.workflows.comparison import COLUMNS, compare_file
+    from shakerproc.workflows.comparison import FUNCTION_COLUMNS, compare_file
 
     if not alone:
         raise typer.BadParameter("--fit and --before are for test logs")
-    arguments.own_folder(folder, "compare")
+    arguments.check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
     compared = compare_file(model, given[1], at or [])
     found = compared.found
@@ -162,7 +162,7 @@ def _functions(
         page = compared.write(folder, output.command(), inputs)
     output.write_json(compared.as_json(), json)
     output.print_table(
-        COLUMNS,
+        FUNCTION_COLUMNS,
         compared.rows,
         title="Response functions, measured and of the model",
         json_target=json,

@@ -44,7 +44,7 @@ def diagnose(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    arguments.own_folder(folder, "diagnose")
+    arguments.check_result_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)

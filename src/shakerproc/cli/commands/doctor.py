@@ -59,10 +59,10 @@ def _effects() -> list[PlugIn]:
         try:
             kinds = effects.loaded(entry, known)
         except ShakerprocError as error:
-            found.append(_told(entry, problem=str(error)))
+            found.append(_plug_in(entry, problem=str(error)))
             continue
         known |= kinds
-        found.append(_told(entry, tuple(kinds)))
+        found.append(_plug_in(entry, tuple(kinds)))
     return found
 
 
@@ -77,11 +77,11 @@ def _readers() -> list[PlugIn]:
         except ShakerprocError as error:
             problem = problem or str(error)
         taken.setdefault(ending, f"the package {_package(entry)}")
-        found.append(_told(entry, () if problem else (ending,), problem))
+        found.append(_plug_in(entry, () if problem else (ending,), problem))
     return found
 
 
-def _told(entry: EntryPoint, brings: tuple[str, ...] = (), problem: str = "") -> PlugIn:
+def _plug_in(entry: EntryPoint, brings: tuple[str, ...] = (), problem: str = "") -> PlugIn:
     return PlugIn(entry.group, entry.name, entry.value, _package(entry), brings, problem)
 
 

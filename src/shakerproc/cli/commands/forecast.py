@@ -74,7 +74,7 @@ def forecast(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_forecast") if out is None else out
-    arguments.own_folder(folder, "forecast")
+    arguments.check_result_folder(folder, "forecast")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     once = output.Once()

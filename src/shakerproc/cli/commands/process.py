@@ -207,7 +207,7 @@ def process(
             },
         )
     folder = Path(folder_name(recording, chosen)) if out is None else out
-    arguments.own_folder(folder, "process")
+    arguments.check_result_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = process_file(
         recording,

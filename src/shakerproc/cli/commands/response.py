@@ -83,7 +83,9 @@ def response(
             param_hint="--subharmonic",
         )
     announce()
-    arguments.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
+    arguments.check_result_folder(
+        Path(f"{model.stem}_response") if out is None else out, "response"
+    )
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))

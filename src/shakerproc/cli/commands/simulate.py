@@ -118,7 +118,7 @@ def simulate(
     if is_log:
         wanted = [one.strip() for one in tests.split(",") if one.strip()]
         log, driven_by = read_hashed(read_testlog, excitation)
-        output.say_left_out(log)
+        output.say_planned_tests(log)
         with output.progress("simulate", len(wanted or log.active)) as advance:
             found = rehearse_campaign(
                 shaken, log, staging, folder=out, wanted=wanted, overwrite=overwrite,

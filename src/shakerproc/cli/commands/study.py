@@ -83,7 +83,7 @@ def _run(
         output.message(f"note: {note}")
     total = len(jobs_of(read))
     folder = _folder(out, path)
-    arguments.own_folder(folder, "study")
+    arguments.check_result_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,

@@ -18,10 +18,10 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     grid,
-    held,
     number,
     positive,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -87,7 +87,7 @@ class GeneralBoucWen(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "alpha": held(at),
+                "alpha": sticking_stiffness(at),
                 "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e3),
                 "branch": Free(-0.75 * math.pi, 0.25 * math.pi, "identity", 1.0),
                 "exponent": Free(1.0, 10.0, "logarithm", 2.0),

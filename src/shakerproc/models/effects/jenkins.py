@@ -13,9 +13,9 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     friction,
-    held,
     number,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -64,7 +64,7 @@ class Jenkins(AbstractEffect):
     @classmethod
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
-            free={"stiffness": held(at), "slip_force": friction(at)},
+            free={"stiffness": sticking_stiffness(at), "slip_force": friction(at)},
             starts=tuple(
                 _values(share * at.steepness, slip)
                 for share in (0.1, 0.6)

@@ -15,9 +15,9 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     friction,
-    held,
     number,
     positive,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -105,7 +105,7 @@ class LuGreFriction(AbstractEffect):
                 "sliding_force": friction(at),
                 "excess": positive(0.3, 1e-3, 30.0),
                 "stribeck_velocity": positive(0.1 * at.velocity, 1e-3, 100.0),
-                "bristle_stiffness": held(at),
+                "bristle_stiffness": sticking_stiffness(at),
                 "bristle_time": positive(_bristle_time(at, at.steepness), 1e-3, 1e2),
             },
             starts=tuple(

@@ -20,9 +20,9 @@ from shakerproc.models.identification import (
     clearance,
     friction,
     grid,
-    held,
     number,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -95,7 +95,7 @@ class Series(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": held(at),
+                "stiffness": sticking_stiffness(at),
                 "clearance": clearance(at),
                 "sliding_force": friction(at),
             },

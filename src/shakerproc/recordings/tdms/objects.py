@@ -364,13 +364,13 @@ def _read_object(cursor: Cursor, known: Mapping[str, Listed]) -> Listed:
     if (
         previous is not None
         and previous.index is not None
-        and not _alike(previous.index, index)
+        and not _same_layout(previous.index, index)
     ):
         raise StructureError(place, f"{shown(path)} changes its data type on the way")
     return Listed(path, index, has_data=True)
 
 
-def _alike(old: Index, new: Index) -> bool:
+def _same_layout(old: Index, new: Index) -> bool:
     return old.code == new.code and (
         {s.scale: s.code for s in old.scalers} == {s.scale: s.code for s in new.scalers}
     )

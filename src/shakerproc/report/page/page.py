@@ -301,7 +301,8 @@ def _page(report: Report) -> _Page:
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
         verdict=units.text(
-            " ".join(filter(None, (opening, report.verdict or _told(report)))), [report.channel]
+            " ".join(filter(None, (opening, report.verdict or _trend_text(report)))),
+            [report.channel],
         ),
         counts=view.counts(report.runs),
         attention=view.attention(shown, views),
@@ -332,7 +333,7 @@ def _not_drawn(report: Report) -> str:
     return f"Not drawn, as no two values have a run: {titles}." if titles else ""
 
 
-def _told(report: Report) -> str:
+def _trend_text(report: Report) -> str:
     return trend_sentence(report.runs, report.channel)
 
 

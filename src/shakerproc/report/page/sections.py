@@ -199,7 +199,7 @@ def read_template(path: Path) -> Template:
         templates = environment()
         parsed = templates.parse(own.text)
     except (TemplateError, OSError, UnicodeDecodeError) as error:
-        raise LogError(_told(path.name, error)) from error
+        raise LogError(_template_error(path.name, error)) from error
     first = next((one for one in parsed.body if not _is_blank(one)), None)
     extended = first.template if isinstance(first, nodes.Extends) else None
     if not isinstance(extended, nodes.Const) or extended.value != BASE:
@@ -238,10 +238,10 @@ def rendered(templates: Environment, own: Template | None, content: Mapping[str,
         with limited_memory(MOST_MEMORY), deadline(MOST_SECONDS):
             return templates.get_template(_OWN).render(content)
     except Exception as error:  # a template may fail in any way
-        raise LogError(_told(own.name, error)) from error
+        raise LogError(_template_error(own.name, error)) from error
 
 
-def _told(name: str, error: Exception) -> str:
+def _template_error(name: str, error: Exception) -> str:
     """Return in one line what is wrong with a template, and in which line of it."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame.lineno for frame in frames if frame.filename == _FROM_TEXT]

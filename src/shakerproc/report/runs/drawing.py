@@ -19,8 +19,8 @@ from shakerproc.report.runs.figures import FIGURES, IN_FILES, ON_PAGE
 from shakerproc.report.runs.in_units import (
     STILL,
     RunContent,
+    content_of_summary,
     curve_in,
-    kept,
     run_in,
     surface_in,
 )
@@ -83,7 +83,7 @@ def page_figures(run: RunSummary) -> list[PageFigure]:
     """Return the drawings of a run: of the curves that its summary keeps."""
     if not run.channels:
         return []
-    content = kept(run)
+    content = content_of_summary(run)
     described = (FIGURES[name](content) for name in ON_PAGE)
     return [
         marked(drawing, run)

@@ -92,7 +92,7 @@ class RunContent:
         ]
 
 
-def kept(run: RunSummary) -> RunContent:
+def content_of_summary(run: RunSummary) -> RunContent:
     """Return the content of a run's figures from its summary."""
     surface = None if run.surface is None else _run_surface(run.surface)
     return RunContent(run, [_run_curve(curve) for curve in run.curves], surface)

@@ -334,12 +334,12 @@ def _row(run: RunSummary, view: RunView, channel: str, units: ShownUnits) -> lis
     return [
         Cell(run.test, "n", anchor=view.anchor),
         Cell(run.told_status, "status-odd" if run.incomplete else f"status-{run.status}"),
-        Cell(_told_or(run, "joint")),
-        Cell(_told_or(run, "specimen")),
+        Cell(_shown_fact(run, "joint")),
+        Cell(_shown_fact(run, "specimen")),
         Cell(units.text(trends.shown("clearance_m", clearance)), "n", _order(clearance)),
-        Cell(_told_or(run, "orientation")),
-        Cell(_told_or(run, "excitation")),
-        Cell(_told_or(run, "level"), "n", _order(level)),
+        Cell(_shown_fact(run, "orientation")),
+        Cell(_shown_fact(run, "excitation")),
+        Cell(_shown_fact(run, "level"), "n", _order(level)),
         Cell(f"{number(run.measured_level)} {run.level_unit}".strip(), "n", run.measured_level),
         _number_cell(peak.frequency_hz if peak else None, ".1f"),
         _number_cell(response.quality if response else None, ".3g"),
@@ -349,7 +349,7 @@ def _row(run: RunSummary, view: RunView, channel: str, units: ShownUnits) -> lis
     ]
 
 
-def _told_or(run: RunSummary, name: str) -> str:
+def _shown_fact(run: RunSummary, name: str) -> str:
     return trends.shown(name, run.facts.get(name) or None)
 
 

@@ -51,7 +51,7 @@ class BlowAnalysis(AbstractAnalysis):
             summary=rows,
             panels=(_pulses(found),),
             told=(
-                *_told(found, 100.0 * result.spectra.added_damping(1.0)),
+                *_cut_text(found, 100.0 * result.spectra.added_damping(1.0)),
                 *_reach(result, found),
             ),
             problems=tuple(_problems(found)),
@@ -70,7 +70,7 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
     }
 
 
-def _told(found: Blows, added: float) -> list[str]:
+def _cut_text(found: Blows, added: float) -> list[str]:
     """Return how blows were cut; `added` is what the window adds to damping at 1 Hz [%]."""
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [

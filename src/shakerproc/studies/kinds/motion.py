@@ -23,7 +23,7 @@ from shakerproc.studies.kinds.base import (
 )
 from shakerproc.studies.readings import (
     SimulatedMotion,
-    chaotic_once_settled,
+    chaotic_in_steady_state,
     decay,
     distortion,
     half_cycle_scatter,
@@ -181,7 +181,7 @@ class Bifurcation(AbstractKind):
             ),
             method=(
                 f"{counts[0]} periods after {study.option('settle periods', 400):g} to settle, "
-                f"each value from the same initial state, the sine begun {_begun(study)}"
+                f"each value from the same initial state, the sine begun {_sine_start(study)}"
             ),
         )
 
@@ -232,7 +232,8 @@ class Poincare(AbstractKind):
             },
             panels=tuple(panels),
             method=(
-                f"{study.option('periods', 2000):g} periods, the sine begun {_begun(study)}"
+                f"{study.option('periods', 2000):g} periods, "
+                f"the sine begun {_sine_start(study)}"
             ),
         )
 
@@ -257,11 +258,11 @@ def _period_sentence(x: FloatArray, v: FloatArray, growth: float) -> dict[str, f
     return {
         "period": period,
         "growth": growth,
-        "chaotic": float(chaotic_once_settled(growth, period)),
+        "chaotic": float(chaotic_in_steady_state(growth, period)),
     }
 
 
-def _begun(study: Study) -> str:
+def _sine_start(study: Study) -> str:
     return sine_start(0.0 if study.run is None else study.run.phase)
 
 
