@@ -76,7 +76,7 @@ class Calibration:
     uncertainty: float | None = None
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A sentence part for people."""
         days = calibration_days(self.calibrated, self.valid_until)
         share = "" if self.uncertainty is None else f" +- {100.0 * self.uncertainty:.3g} %"

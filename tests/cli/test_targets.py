@@ -16,7 +16,7 @@ from tests.small_campaign import write_campaign, write_recording
 from shakerproc import files
 from shakerproc.cli import output
 from shakerproc.errors import ShakerprocError
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 EFFECT = ("effects", "gap", "--json")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX pipes and devices")
@@ -231,7 +231,7 @@ def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(
     assert (out / "errors.csv").read_text(encoding="utf-8") == "new"
     for command in ("diagnose", "batch", "process"):
         with pytest.raises(ShakerprocError, match="holds the results of `shakerproc compare`"):
-            arguments.check_result_folder(out, command)
+            folders.check_result_folder(out, command)
 
 
 @pytest.mark.slow

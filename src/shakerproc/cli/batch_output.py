@@ -125,7 +125,7 @@ def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
     response = seen.response_peaks[0] if seen and seen.response_peaks else None
     return (
         run.test,
-        run.told_status,
+        run.status_text,
         run.facts.get("joint"),
         trends.shown("clearance_m", run.facts.get("clearance_m")),
         run.facts.get("orientation"),

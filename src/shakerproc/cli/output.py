@@ -17,7 +17,7 @@ from shakerproc.cli import tables
 from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
-from shakerproc.workflows.arguments import check_result_folder, checked_folder
+from shakerproc.workflows.folders import check_result_folder, checked_folder
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -287,7 +287,7 @@ def print_table(
     for row in cells:
         for text in tables.lines_of(row, layout, numeric):
             typer.echo(text)
-    told = layout.told(elsewhere)
+    told = layout.omission_text(elsewhere)
     if told:
         typer.echo(told)
 

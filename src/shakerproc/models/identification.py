@@ -183,10 +183,10 @@ class Identification:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "free", MappingProxyType(dict(self.free)))
-        starts = tuple(MappingProxyType(self.kept(start)) for start in self.starts)
+        starts = tuple(MappingProxyType(self.within_bounds(start)) for start in self.starts)
         object.__setattr__(self, "starts", starts)
 
-    def kept(self, values: Values) -> dict[str, float | str]:
+    def within_bounds(self, values: Values) -> dict[str, float | str]:
         """Return values with every coordinate taken into its bounds."""
         return {
             name: self.free[name].from_fitted(self.free[name].to_fitted(float(value)))

@@ -185,7 +185,7 @@ class WatchedFile(SourceFile):
         self.check()
         return digest
 
-    def seen(self) -> FileHash:
+    def fingerprint(self) -> FileHash:
         """Return its SHA-256 with its stamp, for whoever opens it again."""
         return FileHash(self.sha256(), self._stamp)
 

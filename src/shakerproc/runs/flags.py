@@ -40,7 +40,7 @@ def _calibrated(test: Test) -> list[ChannelUse]:
 def calibration_sentences(test: Test) -> list[str]:
     """Return a sentence for each channel whose sensor is known."""
     return [
-        f"Channel {use.name or use.key}: {use.calibration.told}."
+        f"Channel {use.name or use.key}: {use.calibration.sentence}."
         for use in _calibrated(test)
         if use.calibration is not None
     ]
@@ -57,7 +57,7 @@ def expired(test: Test, start: datetime | None) -> list[RunFlag]:
         RunFlag(
             EXPIRED,
             channel,
-            f"{one.told}: it had expired on {day}, the day of the test; calibrate it, or "
+            f"{one.sentence}: it had expired on {day}, the day of the test; calibrate it, or "
             "correct the day.",
         )
         for channel, one in (*sensors, *instruments)

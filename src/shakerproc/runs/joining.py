@@ -50,7 +50,7 @@ def seen_files(paths: Sequence[Path]) -> tuple[FileHash, ...]:
     found = []
     for path in paths:
         with WatchedFile(path, path.name, hashed=True) as file:
-            found.append(file.seen())
+            found.append(file.fingerprint())
     return tuple(found)
 
 

@@ -470,7 +470,7 @@ class RunSummary:
         return f"test {self.test} takes no part in trends: {', '.join(why)}" if why else ""
 
     @property
-    def told_status(self) -> str:
+    def status_text(self) -> str:
         """Status of the test, for people: how much of a recording that was cut short."""
         if self.promised_s is None or self.duration_s is None:
             return self.status

@@ -73,7 +73,7 @@ def marked(columns: Columns, result: RunResult) -> Columns:
     """Return columns with one more where the recording was cut short: how much is there."""
     if not result.incomplete or not columns:
         return columns
-    return columns | {"incomplete": [result.told_length] * len(next(iter(columns.values())))}
+    return columns | {"incomplete": [result.length_text] * len(next(iter(columns.values())))}
 
 
 def _notched_columns(result: RunResult, density: FloatArray) -> Columns:

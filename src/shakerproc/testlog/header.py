@@ -102,7 +102,7 @@ class Instrument:
     valid_until: str = ""
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A sentence part for people."""
         serial = f", serial number {self.serial}" if self.serial else ""
         return f"{self.name}{serial}{calibration_days(self.calibrated, self.valid_until)}"

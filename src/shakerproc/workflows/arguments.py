@@ -1,4 +1,4 @@
-"""Arguments of a caller, checked: values, logs and models, folders for results, machines."""
+"""Arguments of a caller, checked: values, logs and models, machines."""
 
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -12,7 +12,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from shakerproc.errors import ArgumentError, OutputError
+from shakerproc.errors import ArgumentError
 from shakerproc.executors import AbstractExecutor, ClusterExecutor, Limits, ProcessExecutor
 from shakerproc.model_files import ModelFile, read_model_file
 from shakerproc.models import Model
@@ -277,42 +277,6 @@ def model_of(given: Any, name: str = "model") -> GivenModel:
     raise ArgumentError(
         name, f"expected a model, as read_model(path) returns it, got {argument_text(given)}"
     )
-
-
-def checked_folder(folder: Path | None) -> Path | None:
-    """Return a folder for results, looked at before the long work; it need not be there yet.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made, or nothing can be written there.
-    """
-    if folder is None:
-        return None
-    there = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
-    if not there.is_dir():
-        raise OutputError(f"{folder}: {there} is no folder. Choose another folder for results.")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise OutputError(f"{folder}: {there} may not be written. Choose another folder.")
-    return folder
-
-
-def check_result_folder(folder: Path, command: str) -> None:
-    """Pass a folder that a command may write its results into, before the long work.
-
-    Raises
-    ------
-    OutputError
-        If nothing can be written there.
-    ShakerprocError
-        If it holds the results of another command.
-    """
-    from shakerproc.campaign.result_folder import (
-        check_owner,  # commands without results need it not
-    )
-
-    checked_folder(folder)
-    check_owner(folder, command)
 
 
 LONG: Final = 7 * 86400.0

@@ -28,7 +28,6 @@ from shakerproc.testlog import ChosenUnits, Test, TestLog, chosen_units, facts_o
 from shakerproc.workflows.arguments import (
     AnyPath,
     Machines,
-    check_result_folder,
     choice_of,
     list_of,
     log_of,
@@ -45,6 +44,7 @@ from shakerproc.workflows.evidence import (
     methods_of,
     sections_of,
 )
+from shakerproc.workflows.folders import check_result_folder
 from shakerproc.workflows.processing_options import Options, described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html

@@ -27,7 +27,6 @@ from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import (
     AnyPath,
     argument_text,
-    check_result_folder,
     choice_of,
     file_of,
     list_of,
@@ -35,6 +34,7 @@ from shakerproc.workflows.arguments import (
     switch_of,
     text_of,
 )
+from shakerproc.workflows.folders import check_result_folder
 from shakerproc.workflows.processing_options import Options, described, unit_of
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html

@@ -25,13 +25,13 @@ from shakerproc.workflows.arguments import (
     AnyPath,
     GivenModel,
     argument_text,
-    checked_folder,
     list_of,
     log_of,
     model_of,
     path_of,
     switch_of,
 )
+from shakerproc.workflows.folders import checked_folder
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -450,7 +450,7 @@ def _sentence(run: RunSummary, before: str) -> str:
     again = " again: the recording changed" if before and before != run.sha256 else ""
     state = "up to its last complete row: " if run.incomplete else ""
     odd = ", ".join(dict.fromkeys(flag.kind for flag in run.flags))
-    how = f"{state}{run.told_status}" if run.incomplete else run.told_status
+    how = f"{state}{run.status_text}" if run.incomplete else run.status_text
     return f"test {run.test} ({run.recording}){again}: {how}{f'; flags: {odd}' if odd else ''}"
 
 

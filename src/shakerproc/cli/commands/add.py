@@ -8,7 +8,7 @@ import typer
 from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.numerals import numeral
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.adding import Added
@@ -62,7 +62,7 @@ def add(
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
-    arguments.checked_folder(new.parent)
+    folders.checked_folder(new.parent)
     log, known = read_testlog(testlog), read_model_file(model)
     with options.usage(effect="EFFECT"):
         updated_model.check_kind(effect)

@@ -115,14 +115,14 @@ def _check_profiles(table: Path, json: str | None) -> None:
         json,
     )
     for line in result.broken:
-        output.data(line.told, json_target=json)
+        output.data(line.sentence, json_target=json)
     for one in result.worst:
-        output.data(one.told, json_target=json)
+        output.data(one.sentence, json_target=json)
     for test, why in result.missing.items():
         output.data(f"test {test}: not judged: {why}", json_target=json)
     for note in expired_notes(result.path):
         output.message(f"note: {note}")
-    output.data(result.told, json_target=json)
+    output.data(result.sentence, json_target=json)
     if not result.holds:
         output.finish(1)
 

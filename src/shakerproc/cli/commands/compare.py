@@ -7,7 +7,7 @@ import typer
 
 from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -95,7 +95,7 @@ def compare(
         raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
     announce()
-    arguments.check_result_folder(folder, "compare")
+    folders.check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
@@ -150,7 +150,7 @@ def _functions(
 
     if not alone:
         raise typer.BadParameter("--fit and --before are for test logs")
-    arguments.check_result_folder(folder, "compare")
+    folders.check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
     compared = compare_file(model, given[1], at or [])
     found = compared.found

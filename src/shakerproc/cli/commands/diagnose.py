@@ -7,7 +7,7 @@ import typer
 
 from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis, Errors, Tried
@@ -44,7 +44,7 @@ def diagnose(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    arguments.check_result_folder(folder, "diagnose")
+    folders.check_result_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)

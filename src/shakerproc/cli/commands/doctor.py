@@ -13,10 +13,7 @@ from typing import Any, final
 from shakerproc import __version__
 from shakerproc.cli import output
 from shakerproc.errors import ShakerprocError
-from shakerproc.models import EFFECTS
-from shakerproc.models import registry as effects
 from shakerproc.numerals import numeral
-from shakerproc.recordings import READERS, opening
 
 
 @final
@@ -54,6 +51,9 @@ def plug_ins() -> list[PlugIn]:
 
 
 def _effects() -> list[PlugIn]:
+    from shakerproc.models import EFFECTS
+    from shakerproc.models import registry as effects
+
     found, known = [], dict(EFFECTS.known)
     for entry in entry_points(group=effects.GROUP):
         try:
@@ -67,6 +67,8 @@ def _effects() -> list[PlugIn]:
 
 
 def _readers() -> list[PlugIn]:
+    from shakerproc.recordings import READERS, opening
+
     found = []
     taken = dict.fromkeys(READERS.known, "shakerproc itself")
     for entry in entry_points(group=opening.GROUP):

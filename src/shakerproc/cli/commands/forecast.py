@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.forecasts import TestForecast
@@ -74,7 +74,7 @@ def forecast(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_forecast") if out is None else out
-    arguments.check_result_folder(folder, "forecast")
+    folders.check_result_folder(folder, "forecast")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     once = output.Once()

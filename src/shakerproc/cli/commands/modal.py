@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 TestOption: TypeAlias = Annotated[
     list[str] | None,
@@ -84,7 +84,7 @@ def modal(
             raise typer.BadParameter(
                 "--test, --against and --together are for test logs, not for response functions"
             )
-        arguments.check_result_folder(folder, "modal")
+        folders.check_result_folder(folder, "modal")
         wish = wish_of(Modal(), band=_band(from_hz, to_hz), count=count, order=order)
         measured = modes_of_functions(log, wish)
         output.write_json(measured.as_json(), json)
@@ -98,7 +98,7 @@ def modal(
     wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
-    arguments.check_result_folder(folder, "modal")
+    folders.check_result_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:
         found = modes_of(read, tests, wish, other, advance)

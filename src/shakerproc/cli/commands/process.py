@@ -8,7 +8,7 @@ import typer
 from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands import CROP, TEST
 from shakerproc.numerals import numeral
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.runs import RunSummary
@@ -207,7 +207,7 @@ def process(
             },
         )
     folder = Path(folder_name(recording, chosen)) if out is None else out
-    arguments.check_result_folder(folder, "process")
+    folders.check_result_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = process_file(
         recording,

@@ -7,7 +7,7 @@ import typer
 
 from shakerproc.cli import options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.models import Model
@@ -83,7 +83,7 @@ def response(
             param_hint="--subharmonic",
         )
     announce()
-    arguments.check_result_folder(
+    folders.check_result_folder(
         Path(f"{model.stem}_response") if out is None else out, "response"
     )
     shaken, digest = _read(model)

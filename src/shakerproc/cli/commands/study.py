@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import arguments
+from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.studies import StudyResult
@@ -83,7 +83,7 @@ def _run(
         output.message(f"note: {note}")
     total = len(jobs_of(read))
     folder = _folder(out, path)
-    arguments.check_result_folder(folder, "study")
+    folders.check_result_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,

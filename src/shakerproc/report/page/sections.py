@@ -392,7 +392,7 @@ def header_view(log: TestLog) -> HeaderView | None:
     return HeaderView(
         lines,
         table,
-        [*(i.told for i in said.instruments), *(s.told for s in sensors.values())],
+        [*(i.sentence for i in said.instruments), *(s.sentence for s in sensors.values())],
         photo,
         template,
     )

@@ -62,7 +62,7 @@ def _matplotlib_figure(content: RunContent, name: str, title: str) -> "Matplotli
     if figure is None:
         return None
     run = content.run
-    alarm = run.told_status.replace("incomplete,", "INCOMPLETE:") if run.incomplete else ""
+    alarm = run.status_text.replace("incomplete,", "INCOMPLETE:") if run.incomplete else ""
     return to_png.matplotlib_figure(figure, title, alarm)
 
 
@@ -97,7 +97,7 @@ def marked(drawing: PageFigure, run: RunSummary) -> PageFigure:
     """Return a drawing that says so where the recording was cut short."""
     if not run.incomplete:
         return drawing
-    told = run.told_status.replace("incomplete,", "INCOMPLETE:")
+    told = run.status_text.replace("incomplete,", "INCOMPLETE:")
     return replace(drawing, caption=f"{drawing.caption} {told}.")
 
 

@@ -333,7 +333,7 @@ def _row(run: RunSummary, view: RunView, channel: str, units: ShownUnits) -> lis
     clearance = run.facts.get("clearance_m")
     return [
         Cell(run.test, "n", anchor=view.anchor),
-        Cell(run.told_status, "status-odd" if run.incomplete else f"status-{run.status}"),
+        Cell(run.status_text, "status-odd" if run.incomplete else f"status-{run.status}"),
         Cell(_shown_fact(run, "joint")),
         Cell(_shown_fact(run, "specimen")),
         Cell(units.text(trends.shown("clearance_m", clearance)), "n", _order(clearance)),
