@@ -80,7 +80,7 @@ def loudest(tests: Sequence[Test]) -> Test:
 
 
 def trials_of(test: Test, unit: str, seed: int) -> list[Trial]:
-    """Return what may be asked for: a test as it was, random and a sweep, and both wider.
+    """Return excitations to choose from: a test as it was, random and a sweep, both wider.
 
     Parameters
     ----------
