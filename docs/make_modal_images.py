@@ -103,7 +103,7 @@ def plate_figure() -> "Figure":
             file.write((header("Plate", "closed form", "docs") + geometry(wireframe)).encode())
             for node, one in enumerate(values, 1):
                 ends = (End(node=node, direction=3), End(node=1, direction=3))
-                axes = (FREQUENCY, RecordAxis(12, "NONE", "m/s^2"), Axis(13, "NONE", "N"))
+                axes = (FREQUENCY, RecordAxis(12, "NONE", "m/s^2"), RecordAxis(13, "NONE", "N"))
                 write_function(
                     file, RecordHead(4, (), *ends, 20.0, 0.25, *axes), one, binary=False
                 )
