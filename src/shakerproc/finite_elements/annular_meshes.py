@@ -67,7 +67,6 @@ def solid_frequencies(
     count: int,
     *,
     clamp: Clamp = "faces",
-    elements: int = 24,
 ) -> FloatArray:
     """Return the lowest natural frequencies of the coupon's bending, as a solid [Hz].
 
@@ -84,15 +83,13 @@ def solid_frequencies(
         How many frequencies.
     clamp : {"faces", "all nodes"}
         What is held inside the clamped radius: the two faces, or all of the material.
-    elements : int
-        Elements outside the clamp along the radius; 4 through the thickness.
 
     Returns
     -------
     (count,) array
         Natural frequencies, rising [Hz].
     """
-    basis, stiffness, mass = _ring_matrices(coupon, diameters, elements)
+    basis, stiffness, mass = _ring_matrices(coupon, diameters, 24)
     held = _clamped_dofs(basis, coupon, clamp)
     free = np.setdiff1d(np.arange(basis.N), held)
     return lowest_modes(stiffness[free][:, free], mass[free][:, free], count)[0]

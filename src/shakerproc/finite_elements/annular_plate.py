@@ -171,6 +171,8 @@ def _bessel_k(x: float, n: int, scale: float) -> FloatArray:
 
 SHEAR_CORRECTION = 5.0 / 6.0
 ORDER = 5
+ELEMENTS = 12
+"""Elements along the radius, each of order 5."""
 
 
 @final
@@ -201,9 +203,7 @@ class RadialModes:
     largest_factor: FloatArray
 
 
-def mindlin_modes(
-    coupon: Coupon, diameters: int, count: int, *, elements: int = 12
-) -> RadialModes:
+def mindlin_modes(coupon: Coupon, diameters: int, count: int) -> RadialModes:
     """Return the lowest modes of a Mindlin plate clamped inside and free outside.
 
     Parameters
@@ -214,8 +214,6 @@ def mindlin_modes(
         Number of nodal diameters.
     count : int
         How many modes.
-    elements : int
-        Elements along the radius, each of order 5.
 
     Returns
     -------
@@ -227,7 +225,7 @@ def mindlin_modes(
     .. [1] R. D. Mindlin, "Influence of rotatory inertia and shear on flexural motions of
        isotropic, elastic plates", Journal of Applied Mechanics 18, 31-38, 1951.
     """
-    mesh = MeshLine(np.linspace(coupon.clamped_radius, coupon.outer_radius, elements + 1))
+    mesh = MeshLine(np.linspace(coupon.clamped_radius, coupon.outer_radius, ELEMENTS + 1))
     basis = Basis(mesh, ElementVector(ElementLinePp(ORDER), 3), intorder=2 * ORDER + 2)
     stiffness = _stiffness_form(coupon, diameters).assemble(basis).toarray()
     mass = _mass_form(coupon).assemble(basis).toarray()

@@ -301,9 +301,7 @@ class LoadedHole:
     frequency: float
 
 
-def loaded_holes(
-    coupon: Coupon, axis: Axis = "length", *, refinement: int = 1
-) -> tuple[LoadedHole, ...]:
+def loaded_holes(coupon: Coupon, axis: Axis = "length") -> tuple[LoadedHole, ...]:
     """Return the stiffness for every load law, two half-angles, faces held and free.
 
     Parameters
@@ -312,12 +310,10 @@ def loaded_holes(
         Material and dimensions.
     axis : {"length", "width"}
         Direction of the load in a slot.
-    refinement : int
-        As in `hole_stiffness`; the coarsest is good to a thousandth.
     """
     assumptions = [(law, angle, plane) for plane in _PLANES for law, angle in _LOADS]
     return tuple(
-        loaded_hole(coupon, axis, law, angle, plane, refinement=refinement)
+        loaded_hole(coupon, axis, law, angle, plane, refinement=1)  # good to a thousandth
         for law, angle, plane in assumptions
     )
 

@@ -154,41 +154,6 @@ def stepped_sine(frequencies: Sequence[float], cycles: int, amplitude: float) ->
     return signal
 
 
-def half_sine_shock(amplitude: float, width: float, delay: float = 0.0) -> Signal:
-    """Return one half-sine pulse.
-
-    Parameters
-    ----------
-    amplitude : float
-        Peak [m/s^2 or N].
-    width : float
-        Length of the pulse [s].
-    delay : float
-        Time at which it begins [s].
-    """
-    checks.positive("width", width, "s")
-
-    def signal(time: FloatArray) -> FloatArray:
-        share = (time - delay) / width
-        inside = (share >= 0.0) & (share <= 1.0)
-        result: FloatArray = np.where(inside, amplitude * np.sin(np.pi * share), 0.0)
-        return result
-
-    return signal
-
-
-def sum_of_signals(*signals: Signal) -> Signal:
-    """Return the sum of signals."""
-
-    def signal(time: FloatArray) -> FloatArray:
-        total = np.zeros_like(time)
-        for part in signals:
-            total = total + part(time)
-        return total
-
-    return signal
-
-
 def sampled(signal: Signal, duration: float, sample_rate: float) -> FloatArray:
     """Return samples of a signal from time 0 to `duration`, both ends included.
 

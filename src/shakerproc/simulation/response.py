@@ -1,11 +1,9 @@
 """A model and its input in, the response out: by which solver, and how far to trust it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from os import cpu_count
-from typing import Literal, TypeAlias, TypeVar, final
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -287,9 +285,6 @@ def _notes(growth: float | None, stats: FloatArray) -> tuple[str, ...]:
     return tuple(notes)
 
 
-Result = TypeVar("Result")
-
-
 _SPANS = (4, 2)  # samples that a step may take
 
 _LONGEST_STEP = 1.5  # radians of the stiffest spring in a step
@@ -361,47 +356,6 @@ def simulate(
     first = first_motion(model, system, given, start)
     case = Case(model, system, store, given, first, tolerance, series)
     return simulated_case(case, growth=growth)
-
-
-def simulate_many(
-    models: Sequence[Model],
-    excitation: FloatArray | Signal | Input,
-    sample_rate: float | None = None,
-    *,
-    reduce: Callable[[SimulatedResponse], Result],
-    duration: float | None = None,
-    tolerance: float = 1e-15,
-    growth: bool = False,
-    workers: int | None = None,
-) -> list[Result]:
-    """Return the response of each of many models, reduced by `reduce`, on all cores.
-
-    Parameters
-    ----------
-    models : sequence of Model
-        What is shaken.
-    reduce : function
-        Called with each `SimulatedResponse`, so that not all of them are kept.
-    excitation, sample_rate, duration, tolerance, growth
-        See `simulate` [units as there].
-    workers : int, optional
-        Threads; by default as many as cores.
-    """
-    given = as_input(
-        excitation, sample_rate, duration=duration, tolerance=tolerance,
-        imposed=models[0].excitation.imposed,
-    )  # fmt: skip
-
-    def one(model: Model) -> Result:
-        system = assemble(model)
-        store = _store(system.machine, given, "automatic")
-        first = first_motion(model, system, given, None)
-        series = by_series(system, "automatic")
-        case = Case(model, system, store, given, first, tolerance, series)
-        return reduce(simulated_case(case, growth=growth))
-
-    with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
-        return list(pool.map(one, models))
 
 
 def _long_steps(

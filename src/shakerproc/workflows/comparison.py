@@ -444,9 +444,7 @@ class ComparedFile:
         return page
 
 
-def compare_file(
-    model: Model, path: Path, at: Sequence[str] = (), band: tuple[float, float] | None = None
-) -> ComparedFile:
+def compare_file(model: Model, path: Path, at: Sequence[str] = ()) -> ComparedFile:
     """Return a model beside the response functions of a file.
 
     Parameters
@@ -457,8 +455,6 @@ def compare_file(
         UFF, CSV or MAT.
     at : sequence of str
         ``NAME=PLACE``: the sensor or place of the model that a name of the file stands for.
-    band : (float, float), optional
-        What is compared [Hz]; by default all lines.
 
     Raises
     ------
@@ -466,7 +462,7 @@ def compare_file(
         If one of `at` is no pair of names.
     """
     measured = read_functions(path)
-    return ComparedFile(compare_functions(model, measured, _pairs(at), Modal(band=band)), path)
+    return ComparedFile(compare_functions(model, measured, _pairs(at), Modal()), path)
 
 
 def _pairs(at: Sequence[str]) -> Mapping[str, str]:

@@ -193,16 +193,9 @@ def marker(style: int) -> str:
     return MARKERS[style % len(MARKERS)]
 
 
-def sparkline(
-    x: FloatArray,
-    y: FloatArray,
-    x_axis: Axis,
-    y_axis: Axis,
-    *,
-    width: int = 120,
-    height: int = 28,
-) -> Markup:
+def sparkline(x: FloatArray, y: FloatArray, x_axis: Axis, y_axis: Axis) -> Markup:
     """Return a thumbnail: one line without axes. `x` and `y` are in the units of their axes."""
+    width, height = 120, 28
     box = Box(0, 1, width, height - 2)
     path = _path(*line_inside(x_axis.share(x), y_axis.share(y)), box)
     return Markup('<svg viewBox="0 0 {} {}" class="spark"><path d="{}"/></svg>').format(

@@ -20,6 +20,9 @@ from shakerproc.simulation.inputs import Input, prepare
 from shakerproc.simulation.response import simulate
 from shakerproc.simulation.simulation import SimulatedResponse
 
+CORRECTION = 1e-12
+"""Size of the last correction of a state over that of the motion [-]."""
+
 PER_PERIOD = 32
 """Samples a period; the input between them is a polynomial of degree 9."""
 
@@ -55,7 +58,6 @@ def periodic_orbit(
     *,
     order: int = 1,
     n_samples: int = PER_PERIOD,
-    tolerance: float = 1e-12,
 ) -> Orbit | None:
     """Return the orbit near a guess, by Newton's method; None where there is none.
 
@@ -73,8 +75,6 @@ def periodic_orbit(
         Periods of the excitation in one round.
     n_samples : int
         Samples of the motion in one period of the excitation, at least 32.
-    tolerance : float
-        Size of the last correction over that of the motion [-].
     """
     given = _input_of_round(level, frequency, order, max(n_samples, PER_PERIOD))
     state = np.array(guess, np.float64)
@@ -91,7 +91,7 @@ def periodic_orbit(
         if not correction < 1.0:
             return None
         state = state + step
-        if correction < tolerance:
+        if correction < CORRECTION:
             last = _round_from_state(model, given, state)
             return Orbit(state, monodromy, last.motion[: state.size // 2, :-1])
     return None
