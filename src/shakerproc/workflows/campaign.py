@@ -278,7 +278,7 @@ def run_log(
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Campaign(Shown):
+class ShownCampaign(Shown):
     """Every test of a log processed.
 
     Attributes
@@ -361,7 +361,7 @@ def batch(
     against: AnyPath | None = None,
     workers: int | None = None,
     **options: Unpack[Options],
-) -> Campaign:
+) -> ShownCampaign:
     """Return every test of a log processed, with trends over the tests.
 
     A test whose recording cannot be used is in the result as failed, with the reason; the
@@ -408,7 +408,7 @@ def batch(
     known = replace(known, tests=tuple(described(test, options) for test in known.tests))
     if out is None:
         _check_no_report(units=units, against=against)
-        found = Campaign(known.title, _in_threads(known, n_workers), wish)
+        found = ShownCampaign(known.title, _in_threads(known, n_workers), wish)
         trends_of(found.runs, wish)  # a column or channel that is not there is told at once
         return found
     command = f"shakerproc.batch(read_log({known.path.name!r}), out={str(out)!r})"
@@ -422,7 +422,7 @@ def batch(
     with locked(root):
         done = run_log(known, root, Products(wish.figures), Machines(n_workers))
         write_up(known.title, done, root, wish)
-    return Campaign(known.title, done.runs, wish, root)
+    return ShownCampaign(known.title, done.runs, wish, root)
 
 
 def _wish_of(channel: object, trend: object, by: object, *, figures: object) -> TrendWish:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from shakerproc import __version__, files
 from shakerproc.comparison import (
     COLUMNS,
+    Comparison,
     compare_tests,
     document_of,
     rows_of,
@@ -15,7 +16,6 @@ from shakerproc.comparison import (
     sentence,
     usable_tests,
 )
-from shakerproc.comparison import Comparison as Compared
 from shakerproc.comparison.decay_departures import (
     curve_columns,
     decay_rows,
@@ -23,8 +23,7 @@ from shakerproc.comparison.decay_departures import (
     sentence_of_decays,
     sentences_of,
 )
-from shakerproc.comparison.decays import DecayComparison as ComparedDecays
-from shakerproc.comparison.decays import compare_decays
+from shakerproc.comparison.decays import DecayComparison, compare_decays
 from shakerproc.comparison.document import mode_tables, modes_document
 from shakerproc.comparison.modes import ComparedModes, compared_modes
 from shakerproc.comparison.response_functions import FunctionComparison, compare_functions
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class DecayComparison(Shown):
+class ShownDecayComparison(Shown):
     """A model compared with free decays: frequency and damping against amplitude.
 
     Attributes
@@ -59,8 +58,8 @@ class DecayComparison(Shown):
         Those of the older model.
     """
 
-    found: ComparedDecays
-    before: ComparedDecays | None = None
+    found: DecayComparison
+    before: DecayComparison | None = None
 
     @property
     def model(self) -> Model:
@@ -171,7 +170,7 @@ def compare_free_decays(
     fit: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
-) -> DecayComparison:
+) -> ShownDecayComparison:
     """Return a comparison of decays, told of what is going on and of faulty channels.
 
     Raises
@@ -191,7 +190,7 @@ def compare_free_decays(
         )
     found = compare_decays(model, log, tell=tell, warn=warn)
     if before is None:
-        return DecayComparison(found)
+        return ShownDecayComparison(found)
     old = compare_decays(before, log, tell=tell)
     if before.sensors.keys() != model.sensors.keys():
         raise DiagnosisError(
@@ -199,12 +198,12 @@ def compare_free_decays(
             "overlaid sensor by sensor"
         )
     check_same(*([test.measured for test in one.tests] for one in (old, found)))
-    return DecayComparison(found, old)
+    return ShownDecayComparison(found, old)
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Comparison(Shown):
+class ShownComparison(Shown):
     """A model compared with every test of a log: where, and by how much, they disagree.
 
     Attributes
@@ -217,8 +216,8 @@ class Comparison(Shown):
         Modes of the gentlest test beside those of the model, where it has several coordinates.
     """
 
-    found: Compared
-    before: Compared | None = None
+    found: Comparison
+    before: Comparison | None = None
     modes: ComparedModes | None = None
 
     @property
@@ -301,7 +300,7 @@ class Comparison(Shown):
 
 def compare(
     model: Any, log: TestLog, *, before: Any = None, fit: bool = False
-) -> Comparison | DecayComparison:
+) -> ShownComparison | ShownDecayComparison:
     """Return where, and by how much, a model and the tests of a log disagree.
 
     Parameters
@@ -317,7 +316,7 @@ def compare(
 
     Returns
     -------
-    Comparison or DecayComparison
+    ShownComparison or ShownDecayComparison
         Errors as shares of the measured response [-], tables and figures; where nothing drives
         the model, frequency and damping against amplitude.
 
@@ -337,7 +336,7 @@ def compare(
 
 def compare_any(
     model: Model, log: TestLog, *, before: Model | None = None, fit: bool = False
-) -> Comparison | DecayComparison:
+) -> ShownComparison | ShownDecayComparison:
     """Return a comparison with whole tests, or with decays where nothing drives a model."""
     how = compare_free_decays if model.excitation.role is None else compare_models
     return how(model, log, before=before, fit=fit)
@@ -351,7 +350,7 @@ def compare_models(
     fit: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
-) -> Comparison:
+) -> ShownComparison:
     """Return a comparison, told of what is going on and of faulty channels; see `compare`."""
     usable = given = usable_tests(log, model)
     usable.tell(warn)
@@ -362,13 +361,15 @@ def compare_models(
     found = compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
     modes = _modes(found, log, warn)
     if before is None and not fit:
-        return Comparison(found, modes=modes)
+        return ShownComparison(found, modes=modes)
     old = compare_tests(before or model, given.tests, left_out=given.left_out, tell=tell)
     old, found = scored_alike(old, found, tell=tell)
-    return Comparison(found, old, modes)
+    return ShownComparison(found, old, modes)
 
 
-def _modes(found: Compared, log: TestLog, warn: Callable[[str], None]) -> ComparedModes | None:
+def _modes(
+    found: Comparison, log: TestLog, warn: Callable[[str], None]
+) -> ComparedModes | None:
     """Return modes of test and model; None where one place alone moves or has sensors."""
     sensed = {sensor.at for sensor in found.model.sensors.values()}
     if found.model.n_coordinates < 2 or len(sensed) < 2 or found.model.excitation.imposed:
