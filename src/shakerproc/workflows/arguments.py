@@ -135,7 +135,7 @@ def positive_of(name: str, given: Any) -> float:
 
 
 def within_of(name: str, given: Any, least: float, most: float) -> float:
-    """Return a number within limits.
+    """Return a number within limits, in their unit.
 
     Raises
     ------
