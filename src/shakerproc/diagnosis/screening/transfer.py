@@ -76,7 +76,7 @@ class LinearModel:
         return np.array(shown)
 
     def by_input(self, frequency: FloatArray) -> ComplexArray:
-        """Return responses over the input at frequencies [Hz], (n_sensors, n_frequencies) array."""
+        """Return responses over the input at `frequency` [Hz], (n_sensors, n_frequencies)."""
         shown = self.by_forces(frequency, input_load(self.system))[:, 0]
         if self.model.excitation.moves_base:
             s = 2j * np.pi * frequency
