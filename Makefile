@@ -2,30 +2,47 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+CORE := $(VENV)/.core
 READY := $(VENV)/.ready
+VERSIONS := $(VENV)/versions.txt
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+UV := $(BIN)/uv pip
 # where it is set, each of some hundred processes of the tests compiles every module anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test quick long check lint types kernels more docs oldest benchmark verdicts fuzz
+.PHONY: demo test tests quick long check check_code lint types simulate free_runs more docs oldest benchmark verdicts fuzz
 .PHONY: blind chaos healthy real clean
 
-# uv takes a fifth of the time of pip, which does where uv cannot be had or reach anything
-$(READY): pyproject.toml
+# uv takes a fifth of the time of pip, which does where uv cannot be had or reach anything; versions
+# are chosen for all extras at once, so that none that the core is compiled against is replaced
+$(CORE): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --editable ".[dev]" || \
-		$(PIP) --no-compile --editable ".[dev]"
+	rm -f $(VERSIONS)
+	$(PIP) uv && $(UV) compile --quiet --python $(BIN)/python --extra dev --output-file $(VERSIONS) pyproject.toml \
+		&& $(UV) install --quiet --python $(BIN)/python --editable . --constraint $(VERSIONS) || \
+		{ rm -f $(VERSIONS); $(PIP) --no-compile --editable ".[dev]"; }
 	touch $@
 
-demo: $(READY)  ## the main job on sample_data, then the hidden gap
+$(READY): $(CORE)
+	test ! -e $(VERSIONS) || $(UV) install --quiet --python $(BIN)/python --requirement $(VERSIONS)
+	touch $@
+
+demo: $(CORE)  ## the main job on sample_data, then the hidden gap
 	$(BIN)/shakerproc demo demo_output
 
-# one file is one process's, in the order of their names: no fixture is made twice, and what takes
-# long does not come last; linear algebra of two processes on two cores takes one thread each
-test: $(READY)  ## everything that CI runs; the manual is built by a test
-	$(MAKE) --no-print-directory --jobs 2 kernels types more lint
+# what is compiled first needs the core alone, so the rest is installed beside it; types and form are
+# looked at while tests wait for files and processes. One file of tests is one process's, in the order
+# of their names: no fixture is made twice, and what takes long does not come last; linear algebra
+# of two processes on two cores takes one thread each
+test:  ## everything that CI runs; the manual is built by a test
+	$(MAKE) --no-print-directory --jobs 3 simulate free_runs more
+	$(MAKE) --no-print-directory --jobs 2 tests check_code
+
+tests: $(READY)
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+check_code: types lint
 
 quick: $(READY)  ## the edit loop
 	$(BIN)/python -m pytest -m "not slow"
@@ -44,11 +61,11 @@ lint: $(READY)
 types: $(READY)
 	$(BIN)/mypy
 
-kernels: $(READY)  ## compiled once, before two processes of the tests would both do so
-	$(BIN)/shakerproc doctor > /dev/null
+simulate free_runs: $(CORE)  ## compiled once, before two processes of the tests would both do so
+	$(BIN)/python -m tests.kernels $@
 
-more: $(READY)  ## the same for what only tests need
-	$(BIN)/python -m tests.kernels
+more: $(READY) simulate  ## the same for what only tests need
+	$(BIN)/python -m tests.kernels $@
 
 docs: $(READY)  ## the manual, to read: build/site/index.html
 	$(BIN)/mkdocs build --strict

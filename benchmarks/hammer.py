@@ -15,7 +15,7 @@ import numpy as np
 from tests.struck import MODES, RATE, struck
 
 from shakerproc.data import Channel, recording_of_arrays
-from shakerproc.modal.from_log import analyse_test
+from shakerproc.modal.from_measurements import analyse_test
 from shakerproc.runs import process_recording
 from shakerproc.testlog import Hammer, Processing, Test, read_testlog
 from shakerproc.testlog.excitation import Amount

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy.linalg
 
-from shakerproc.simulation.kernels.harmonic_monodromy import exponential, propagate
+from shakerproc.simulation.kernels.harmonic import exponential, propagate
 
 N_SPANS = 2000
 

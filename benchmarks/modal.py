@@ -26,8 +26,7 @@ from benchmarks.modal_bounds import bound_of
 from benchmarks.modal_signals import Structure, draw
 from shakerproc.modal import Settings, identify_functions, identify_samples
 from shakerproc.modal.output_only import identify_output_only
-from shakerproc.modal.polynomials import lagged_sums
-from shakerproc.modal.stabilisation import stabilisation
+from shakerproc.modal.stabilisation import lagged_sums, stabilisation
 
 BAND = (3.0, 205.0)
 SEGMENT = 2560  # of the response functions for sdypy-EMA: 5 s, Hann, half overlapping

@@ -19,7 +19,7 @@ from shakerproc.errors import ShakerprocError
 from shakerproc.forecasts import forecast_tests
 from shakerproc.forecasts.notch_plan import NotchWish
 from shakerproc.testlog.excitation import Profile
-from shakerproc.testlog.limits import Limit
+from shakerproc.testlog.header import Limit
 
 CLASSES = ("gap", "none", "cubic_stiffness", "coulomb_friction", "quadratic_damping", "jenkins",
            "stop", "bouc_wen", "power_law", "iwan")  # fmt: skip

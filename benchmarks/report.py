@@ -17,7 +17,7 @@ from tests.small_campaign import write_campaign
 from shakerproc.report.page.page import write_report
 from shakerproc.runs import process_test, summary_of
 from shakerproc.testlog import TestLog, facts_of, read_testlog
-from shakerproc.testlog.analyses import ShownSpectrogram
+from shakerproc.testlog.processing import ShownSpectrogram
 
 N_RUNS: Final = 500
 N_MADE: Final = 20

@@ -7,8 +7,8 @@ import numpy as np
 
 from shakerproc.spectra import cross_spectra, psd
 from shakerproc.spectra.integration import integrated
+from shakerproc.spectra.kernels import rainflow
 from shakerproc.spectra.octaves import octave_bands, rms_of_density
-from shakerproc.spectra.rainflow import rainflow
 from shakerproc.spectra.response_spectra import (
     STEPS,
     fatigue_spectra,

@@ -15,7 +15,7 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 from tests.simulation import long_double
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulation import Input, prepare, simulate, simulate_many
+from shakerproc.simulation import Input, prepare, simulate
 from shakerproc.simulation.excitations import linear_sweep
 
 STIFFNESS, PLAY, FRICTION = 1000.0, 5e-4, 1.0
@@ -232,7 +232,8 @@ def row(task: Task, solver: str, error: float, seconds: float, ratio: str = "") 
 def several(sets: Sequence[Model], given: Input, what: str) -> None:
     """Print the time of many sets of parameters, on all cores."""
     start, used = time.perf_counter(), time.process_time()
-    simulate_many(sets, given, reduce=lambda found: float(found.displacement[0, -1]))
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(partial(simulate, excitation=given, growth=False), sets))
     print(
         f"{len(sets)} sets of the gap over {SECONDS:g} s, {what}: "
         f"{time.perf_counter() - start:.2f} s ({time.process_time() - used:.2f} s of processor)"

@@ -37,7 +37,7 @@ STARTS = {  # where its computing starts, and what the command is given
         "{play} {demo}/testlog.yaml --out {out}",
     ),
     "response": (
-        "shakerproc.simulation.kernels.harmonic_contact",
+        "shakerproc.simulation.kernels.harmonic",
         "piecewise_linear_balance",
         "{play} --level 1g --out {out}",
     ),

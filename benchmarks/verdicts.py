@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from shakerproc.studies import read_study, run_study
-from shakerproc.verification.claims import thesis_claims
+from shakerproc.verification import thesis_claims
 
 STUDIES = Path(__file__).parents[1] / "configs" / "studies"
 BOTH = {

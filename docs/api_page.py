@@ -36,7 +36,7 @@ def functions() -> str:
 
 def results() -> str:
     """Return a section for each result, and for the options that functions share."""
-    from shakerproc.workflows.option_values import Options
+    from shakerproc.workflows.processing_options import Options
 
     return "\n\n".join(_class(made) for made in (*result_classes(), Options))
 

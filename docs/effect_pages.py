@@ -88,7 +88,7 @@ def overview() -> str:
 
 def pages() -> dict[str, str]:
     """Return the page of each kind (Markdown)."""
-    from shakerproc.workflows.effect_documents import known_kinds
+    from shakerproc.workflows.effect_list import known_kinds
 
     notes = yaml.safe_load(NOTES.read_text(encoding="utf-8"))
     return {name: page_of(name, kind, notes[name]) for name, kind in known_kinds().items()}
@@ -98,7 +98,7 @@ def page_of(name: str, kind: Any, notes: dict[str, str]) -> str:
     """Return one page: the same frame for all."""
     from shakerproc.models import FAULTS
     from shakerproc.report.models.effects import numbers
-    from shakerproc.workflows.effect_documents import document_of
+    from shakerproc.workflows.effect_list import document_of
 
     document: dict[str, Any] = document_of(kind)
     told, formula = paragraphs_of(kind)
@@ -247,7 +247,7 @@ def snippet(name: str) -> str:
 
 def pictures() -> dict[str, str]:
     """Return the picture of each kind (SVG), drawn afresh only where its sources changed."""
-    from shakerproc.workflows.effect_documents import known_kinds
+    from shakerproc.workflows.effect_list import known_kinds
 
     cache = CACHE / _fingerprint()
     if not cache.is_dir():
@@ -271,7 +271,7 @@ def _draw_all(folder: Path) -> None:
     from shakerproc import files
     from shakerproc.report.figures import style
     from shakerproc.report.models.effects import picture
-    from shakerproc.workflows.effect_documents import known_kinds
+    from shakerproc.workflows.effect_list import known_kinds
 
     drawn = {}
     with style.look(), mpl.rc_context({"svg.hashsalt": "shakerproc"}):

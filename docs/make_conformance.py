@@ -21,14 +21,14 @@ from shakerproc.runs.budget import Budget, normal, rectangular
 from shakerproc.runs.levels import Level
 from shakerproc.runs.pairs import NAMES
 from shakerproc.runs.tones import frequency_tolerance
+from shakerproc.spectra.kernels import rainflow
 from shakerproc.spectra.octaves import octave_bands, octave_filter
 from shakerproc.spectra.profiles import profile_rms
-from shakerproc.spectra.rainflow import rainflow
 from shakerproc.spectra.response_spectra import shock_spectra, transitions
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Shock
 from shakerproc.testlog.excitation import LevelKind
 from shakerproc.testlog.one_test import nominal_duration
+from shakerproc.testlog.processing import Shock
 from shakerproc.units import to_si
 
 PAGE = Path(__file__).with_name("conformance.md")

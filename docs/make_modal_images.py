@@ -10,8 +10,14 @@ from benchmarks.modal_signals import draw
 import shakerproc
 from shakerproc.geometry import Wireframe
 from shakerproc.geometry.data_sets import geometry, header
-from shakerproc.modal.from_log import analyse_log
-from shakerproc.recordings.writers.uff import FREQUENCY, Axis, End, Head, write_function
+from shakerproc.modal.from_measurements import analyse_log
+from shakerproc.recordings.writers.uff import (
+    FREQUENCY,
+    End,
+    RecordAxis,
+    RecordHead,
+    write_function,
+)
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import save
 from shakerproc.report.modal.figures import (
@@ -97,8 +103,10 @@ def plate_figure() -> "Figure":
             file.write((header("Plate", "closed form", "docs") + geometry(wireframe)).encode())
             for node, one in enumerate(values, 1):
                 ends = (End(node=node, direction=3), End(node=1, direction=3))
-                axes = (FREQUENCY, Axis(12, "NONE", "m/s^2"), Axis(13, "NONE", "N"))
-                write_function(file, Head(4, (), *ends, 20.0, 0.25, *axes), one, binary=False)
+                axes = (FREQUENCY, RecordAxis(12, "NONE", "m/s^2"), RecordAxis(13, "NONE", "N"))
+                write_function(
+                    file, RecordHead(4, (), *ends, 20.0, 0.25, *axes), one, binary=False
+                )
         return shakerproc.modes(path).plot("test_plate_shapes")
 
 

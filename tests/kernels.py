@@ -1,22 +1,26 @@
-"""``python -m tests.kernels``: compile what tests in two processes would both compile."""
+"""``python -m tests.kernels PART``: compile what tests in two processes would both compile."""
+
+import sys
 
 import numpy as np
-from blind.campaigns import draw
 
-from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.simulation import first_calls, simulate
-from shakerproc.simulation.harmonic_balance.response import frequency_response
-from shakerproc.spectra import swept_response
-from tests.harmonic_balance.oscillators import duffing, gap
+from shakerproc.simulation import first_calls
 
 
-def main():
-    """Draw a hidden campaign, simulate a law without series, balance two, follow a sweep.
+def more():
+    """Compile what only tests need.
 
-    Laws with memory are asked for their force, too.
+    Draw a hidden campaign, simulate a law without series, balance two, follow a sweep.
     """
+    from blind.campaigns import draw
+
+    from shakerproc.models import EFFECTS, Element, Excitation, Model
+    from shakerproc.simulation import simulate
+    from shakerproc.simulation.harmonic_balance.response import frequency_response
+    from shakerproc.spectra import swept_response
+    from tests.harmonic_balance.oscillators import duffing, gap
+
     draw(11, "gap")
-    first_calls.call_along()
     law = EFFECTS["power_law"](force=10.0, reference_displacement=1e-3, exponent=1.5)
     element = Element(law, ("base", "coupon"))
     model = Model("law", {"coupon": 1.0}, (element,), Excitation("base acceleration"), {})
@@ -32,5 +36,14 @@ def main():
     )
 
 
+def simulate():
+    """Compile what `simulate` needs, and the laws with memory along a motion."""
+    first_calls.call_simulate()
+    first_calls.call_along()
+
+
+PARTS = {"simulate": simulate, "free_runs": first_calls.call_free_runs, "more": more}
+"""Parts that processes compile side by side; the first two need no package of the tests."""
+
 if __name__ == "__main__":
-    main()
+    PARTS[sys.argv[1]]()

@@ -6,7 +6,7 @@ import pickle
 import pytest
 
 from shakerproc.executors import AbstractExecutor, TaskOutcome, child
-from shakerproc.workflows.machines import Machines
+from shakerproc.workflows.arguments import Machines
 
 BY_PROCESSES = Machines.executor
 

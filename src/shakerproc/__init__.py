@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any, Final
 from shakerproc.errors import ArgumentError, ShakerprocError
 
 if TYPE_CHECKING:
+    from shakerproc.workflows.arguments import read_log, read_model
     from shakerproc.workflows.campaign import batch
     from shakerproc.workflows.comparison import compare
     from shakerproc.workflows.diagnosis import diagnose
     from shakerproc.workflows.effect_list import effects
     from shakerproc.workflows.forecast import forecast
     from shakerproc.workflows.modes import modes
-    from shakerproc.workflows.reading import read_log, read_model
     from shakerproc.workflows.recording import open_recording
     from shakerproc.workflows.run import process
     from shakerproc.workflows.simulation import simulate
@@ -50,8 +50,8 @@ __all__ = [
 
 API: Final = MappingProxyType({
     "open_recording": "recording",
-    "read_log": "reading",
-    "read_model": "reading",
+    "read_log": "arguments",
+    "read_model": "arguments",
     "process": "run",
     "batch": "campaign",
     "modes": "modes",

@@ -76,14 +76,14 @@ class Calibration:
     uncertainty: float | None = None
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A sentence part for people."""
-        days = told_days(self.calibrated, self.valid_until)
+        days = calibration_days(self.calibrated, self.valid_until)
         share = "" if self.uncertainty is None else f" +- {100.0 * self.uncertainty:.3g} %"
         return f"sensor {self.serial}, {self.sensitivity}{share}{days}"
 
 
-def told_days(calibrated: str, valid_until: str) -> str:
+def calibration_days(calibrated: str, valid_until: str) -> str:
     """Return the days of a calibration as the end of a sentence part; empty without any."""
     days = (("calibrated", calibrated), ("valid until", valid_until))
     return "".join(f", {how} {day}" for how, day in days if day)

@@ -40,7 +40,7 @@ def without_parquet() -> str:
 
 
 def without_xlsx() -> str:
-    """Return what to do so that XLSX can be read; empty where it can."""
+    """Return the remedy where XLSX cannot be read; empty where it can."""
     return without("openpyxl", "XLSX", "xlsx", "save it as CSV")
 
 

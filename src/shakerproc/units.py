@@ -181,7 +181,7 @@ def to_si(text: object, unit: str) -> float:
     if unit in {"1", "%"} and isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)
     if not isinstance(text, str):
-        raise ValueError(_wanted(unit, text) + _advice_for_number(text, unit))
+        raise ValueError(_expected(unit, text) + _advice_for_number(text, unit))
     return _to_si(text, unit)
 
 
@@ -196,7 +196,7 @@ def _to_si(text: str, unit: str) -> float:
     """
     number, rest = _split(text, unit)
     if not rest and unit not in {"1", "%"}:
-        raise ValueError(_wanted(unit, text) + "; the unit is missing")
+        raise ValueError(_expected(unit, text) + "; the unit is missing")
     scale, offset = _factor_or_error(rest, unit, text)
     if level := _DECIBELS.fullmatch(rest):
         return _to_si(_with_number(level["reference"]), unit) * _ratio(number, unit)
@@ -205,7 +205,7 @@ def _to_si(text: str, unit: str) -> float:
     value = (number + offset) * scale if offset else _scaled(number, scale)
     if value and not _SMALLEST <= abs(value) <= _LARGEST:
         raise ValueError(
-            _wanted(unit, text)
+            _expected(unit, text)
             + f"; the number is too {'large' if abs(value) > 1.0 else 'small'}: sizes from "
             f"{_SMALLEST:g} to {_LARGEST:g} {unit} are read"
         )
@@ -383,7 +383,7 @@ def _folded(word: str) -> str:
     return re.sub(r"[\s_-]+", " ", word.casefold()).strip()
 
 
-def _wanted(unit: str, found: object) -> str:
+def _expected(unit: str, found: object) -> str:
     if unit in {"1", "%"}:
         kind = "a number, or one with %,"
     else:
@@ -424,19 +424,19 @@ def _split(text: str, unit: str) -> tuple[float, str]:
         pointed = comma[0].replace(",", ".") + plain[comma.end() :]
         if re.fullmatch(r"[+-]?[1-9]\d*,\d\d\d", comma[0]):
             pointed += ", or " + comma[0].replace(",", "") + plain[comma.end() :]
-        raise ValueError(_wanted(unit, text) + f"; use a decimal point: {pointed}")
+        raise ValueError(_expected(unit, text) + f"; use a decimal point: {pointed}")
     match = _NUMBER.match(plain)
     if match is None:
-        raise ValueError(_wanted(unit, text))
+        raise ValueError(_expected(unit, text))
     if len(match[0]) > 60:
-        raise ValueError(_wanted(unit, text) + "; the number is too long")
+        raise ValueError(_expected(unit, text) + "; the number is too long")
     return float(match[0]), plain[match.end() :].strip()
 
 
 def _factor_or_error(written: str, wanted: str, text: str) -> tuple[float, float]:
     factor = _factor(written, wanted)
     if isinstance(factor, str):
-        raise ValueError(f"{_wanted(wanted, text)}; {factor}")
+        raise ValueError(f"{_expected(wanted, text)}; {factor}")
     return factor
 
 

@@ -31,7 +31,7 @@ from tests.small_campaign import HEAD, ROW, write_recording
 from shakerproc import files
 from shakerproc.campaign.batch import Execution, run_batch
 from shakerproc.campaign.jobs import SUMMARY, Products, check_recording
-from shakerproc.campaign.manifest import hashes
+from shakerproc.campaign.result_folder import hashes
 from shakerproc.errors import ShakerprocError
 from shakerproc.executors import AbstractExecutor, TaskOutcome
 from shakerproc.recordings import WatchedFile

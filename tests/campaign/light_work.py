@@ -7,7 +7,7 @@ from tests.campaign.bad_work import work as misbehave
 
 from shakerproc import files
 from shakerproc.campaign.jobs import SUMMARY, check_recording
-from shakerproc.campaign.manifest import hashes
+from shakerproc.campaign.result_folder import hashes
 from shakerproc.recordings import WatchedFile
 from shakerproc.runs import RunSummary, write_summary
 from shakerproc.testlog import facts_of

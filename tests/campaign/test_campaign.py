@@ -15,8 +15,7 @@ from tests.small_campaign import HEAD, ROW, write_campaign, write_recording
 
 from shakerproc.campaign.batch import Execution, Progress, run_batch
 from shakerproc.campaign.jobs import Products, folder_names
-from shakerproc.campaign.manifest import read_manifest
-from shakerproc.campaign.result_folder import locked
+from shakerproc.campaign.result_folder import locked, read_manifest
 from shakerproc.errors import LockedError, LogError
 from shakerproc.executors import AbstractExecutor, Limits, ProcessExecutor, TaskOutcome
 from shakerproc.testlog import Test, read_testlog

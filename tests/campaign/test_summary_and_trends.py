@@ -196,8 +196,8 @@ def test_names_of_trend_files_are_harmless_and_those_of_the_thesis_carry_their_n
 
 def test_a_run_that_was_cut_says_how_much_of_it_is_there():
     cut = replace(run("1", 300.0, 0.0), duration_s=5.0, promised_s=6.126)
-    assert cut.told_status == "incomplete, 5.00 of 6.13 s"
-    assert run("1", 300.0, 0.0).told_status == "done"
+    assert cut.status_text == "incomplete, 5.00 of 6.13 s"
+    assert run("1", 300.0, 0.0).status_text == "done"
     found = trends.trend([cut, *FALLING[1:]], trends.standard_trends(FALLING)[0], "ch3")
     columns = tables.trend_columns(found, "ch3")
     assert columns["incomplete"] == [True, False, False]

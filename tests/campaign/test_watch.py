@@ -12,14 +12,23 @@ from tests.campaign.watched import kill_and_compare, watch
 from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
-from shakerproc.campaign.arrivals import FileStamp, looked, recordings_in, standing
 from shakerproc.campaign.jobs import Products
 from shakerproc.errors import LogError, RecordingError
 from shakerproc.recordings import Sampling
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.watching import DraftedLog, GivenLog, Pace, Watch, WatchedLog
-from shakerproc.workflows.write_up import TrendWish
+from shakerproc.workflows.arguments import Machines
+from shakerproc.workflows.campaign import TrendWish
+from shakerproc.workflows.watching import (
+    DraftedLog,
+    FileStamp,
+    GivenLog,
+    Pace,
+    Watch,
+    WatchedLog,
+    finished_files,
+    looked,
+    recordings_in,
+)
 
 QUICK = ("--settle", 0.2, "--every", 0.1, "--idle", 0.5, "--no-figures", "--workers", 1)
 
@@ -29,13 +38,13 @@ def test_a_file_is_finished_when_it_stands_still(tmp_path):
     path.write_bytes(b"1")
     os.utime(path, ns=(1, 1))
     seen = looked({}, [path, tmp_path / "absent.tdms"], 10.0)
-    assert standing(seen, 3.0, 12.9) == {}
+    assert finished_files(seen, 3.0, 12.9) == {}
     seen = looked(seen, [path], 12.0)
-    assert list(standing(seen, 3.0, 13.0)) == [path]
+    assert list(finished_files(seen, 3.0, 13.0)) == [path]
     path.write_bytes(b"12")
-    assert standing(looked(seen, [path], 13.0), 3.0, 15.9) == {}
+    assert finished_files(looked(seen, [path], 13.0), 3.0, 15.9) == {}
     path.write_bytes(b"")  # opened by a recorder, not begun
-    assert standing(looked(seen, [path], 20.0), 0.0, 99.0) == {}
+    assert finished_files(looked(seen, [path], 20.0), 0.0, 99.0) == {}
 
 
 def test_results_are_no_recordings(tmp_path):

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from tests.small_campaign import write_campaign
 from typer.testing import CliRunner
 
-from shakerproc.campaign.agreement import agreement, read_tolerance
-from shakerproc.campaign.result_table import read_table
+from shakerproc.campaign.agreement import agreement, read_table, read_tolerance
 from shakerproc.cli import build_app
 from shakerproc.errors import TableError
 

@@ -230,9 +230,9 @@ def test_compiling_is_said_once_and_only_when_there_is_something_to_compile():
     script = """
 import sys
 from numba import njit
-from shakerproc.cli import compiling
-compiling.announce()
-compiling.announce()
+from shakerproc.cli import messages
+messages.announce()
+messages.announce()
 print("before", file=sys.stderr)
 for function in (njit(lambda x: x + 1.0), njit(lambda x: x + 2.0)):
     function(1.0)

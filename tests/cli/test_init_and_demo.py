@@ -11,7 +11,7 @@ from tests.few_effects import seek_few
 from typer.testing import CliRunner
 
 import shakerproc
-from shakerproc.cli import build_app, compiling
+from shakerproc.cli import build_app, messages
 from shakerproc.data import recording_of_arrays
 from shakerproc.model_files import read_model
 from shakerproc.recordings import open_recording, write_tdms
@@ -94,10 +94,10 @@ def write_short_example(folder):
 def test_the_demo_finds_the_hidden_gap_and_the_error_falls(tmp_path, monkeypatch):
     seek_few(monkeypatch, {"gap", "cubic_stiffness"})
     monkeypatch.setattr(draft, "write_example", write_short_example)
-    called = re.findall(r"first\.(\w+)\(", "".join(compiling._AHEAD))
-    assert len(called) >= len(compiling._AHEAD)
+    called = re.findall(r"first\.(\w+)\(", "".join(messages._AHEAD))
+    assert len(called) >= len(messages._AHEAD)
     assert all(hasattr(first_calls, name) for name in called)  # they are compiled here already
-    monkeypatch.setattr(compiling, "_AHEAD", ("pass",) * len(compiling._AHEAD))
+    monkeypatch.setattr(messages, "_AHEAD", ("pass",) * len(messages._AHEAD))
     module = import_module("shakerproc.cli.commands.demo")  # the name is the function's too
     monkeypatch.setattr(module, "sample_log", lambda: None)
     target = tmp_path / "demo.json"

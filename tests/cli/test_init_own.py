@@ -8,8 +8,7 @@ from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.model_files import read_model
 from shakerproc.recordings import write_tdms
 from shakerproc.testlog import read_testlog
-from shakerproc.workflows.draft import controls_of, measures
-from shakerproc.workflows.recordings_seen import recordings_below
+from shakerproc.workflows.draft import controls_of, measures, recordings_below
 
 
 @pytest.fixture

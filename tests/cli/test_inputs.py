@@ -15,7 +15,7 @@ from shakerproc.model_files import read_model
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import read_testlog
 from shakerproc.workflows import diagnosis, evidence
-from shakerproc.workflows.machines import Machines
+from shakerproc.workflows.arguments import Machines
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from tests.diagnosis.test_headline import FOUND
 
-from shakerproc.cli import next_step
+from shakerproc.cli import messages
 
 LOG = Path("my campaign/log.yaml")
 
@@ -20,24 +20,24 @@ def typed(told):
 
 
 def test_a_recording_of_a_log_leads_to_its_batch(capsys):
-    next_step.after_processing(Path("run.tdms"), LOG, None)
+    messages.after_processing(Path("run.tdms"), LOG, None)
     assert typed(capsys.readouterr().err) == ["shakerproc", "batch", str(LOG)]
 
 
 def test_a_batch_leads_to_the_model_beside_the_log(tmp_path, capsys):
     log = tmp_path / "log.yaml"
     log.write_text("testlog: 1\n")
-    next_step.after_batch(log, None)
+    messages.after_batch(log, None)
     assert "compare MODEL" in capsys.readouterr().err
     (tmp_path / "other.yaml").write_text("# a comment\n\nmodel: 1\n")
-    next_step.after_batch(log, None)
+    messages.after_batch(log, None)
     told = typed(capsys.readouterr().err)
     assert told == ["shakerproc", "compare", str(tmp_path / "other.yaml"), str(log)]
 
 
 @pytest.mark.parametrize("explained", [True, False])
 def test_a_comparison_leads_to_the_diagnosis_unless_all_is_explained(explained, capsys):
-    next_step.after_comparing(Path("m.yaml"), LOG, None, explained=explained)
+    messages.after_comparing(Path("m.yaml"), LOG, None, explained=explained)
     told = capsys.readouterr().err
     if explained:
         assert "nothing to add" in told
@@ -46,7 +46,7 @@ def test_a_comparison_leads_to_the_diagnosis_unless_all_is_explained(explained, 
 
 
 def test_a_diagnosis_leads_to_the_effect_that_it_found(capsys):
-    next_step.after_diagnosis(FOUND, Path("a b/m.yaml"), LOG, None)
+    messages.after_diagnosis(FOUND, Path("a b/m.yaml"), LOG, None)
     assert typed(capsys.readouterr().err) == [
         "shakerproc", "add", "gap", "a b/m.yaml", str(LOG), "--between", "base,coupon",
         "-o", "a b/m-with-gap.yaml",
@@ -64,10 +64,10 @@ def test_a_diagnosis_leads_to_the_effect_that_it_found(capsys):
 )
 def test_every_verdict_leads_somewhere(verdict, word, capsys):
     found = replace(FOUND, verdict=verdict)
-    next_step.after_diagnosis(found, Path("m.yaml"), LOG, None)
+    messages.after_diagnosis(found, Path("m.yaml"), LOG, None)
     assert word in capsys.readouterr().err
 
 
 def test_nothing_is_said_beside_json_on_stdout(capsys):
-    next_step.after_diagnosis(FOUND, Path("m.yaml"), LOG, "-")
+    messages.after_diagnosis(FOUND, Path("m.yaml"), LOG, "-")
     assert capsys.readouterr() == ("", "")

@@ -68,7 +68,7 @@ def test_a_table_fits_or_says_what_is_left_out_and_never_cuts_a_number(table, wi
     columns, rows = table
     layout, lines, texts = printed(columns, rows, width)
     assert len(layout.kept) + len(layout.left_out) + len(layout.empty) == len(columns)
-    assert bool(layout.told("x")) is (len(layout.kept) < len(columns))
+    assert bool(layout.omission_text("x")) is (len(layout.kept) < len(columns))
     if len(layout.kept) > 1:
         assert max(map(len, lines)) <= width
     shown = set(" ".join(lines).split())
@@ -94,7 +94,7 @@ def test_empty_columns_go_first_then_the_spared_then_the_last():
     assert [layout.kept for layout in kept] == [
         (0, 1, 2, 3), (0, 1, 2), (0, 1, 2), (0, 2), (0,)
     ]  # fmt: skip
-    assert kept[3].told("runs.csv") == (
+    assert kept[3].omission_text("runs.csv") == (
         "columns left out: orientation, note (empty); widen the terminal or see runs.csv"
     )
 

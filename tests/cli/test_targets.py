@@ -231,7 +231,7 @@ def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(
     assert (out / "errors.csv").read_text(encoding="utf-8") == "new"
     for command in ("diagnose", "batch", "process"):
         with pytest.raises(ShakerprocError, match="holds the results of `shakerproc compare`"):
-            folders.own_folder(out, command)
+            folders.check_result_folder(out, command)
 
 
 @pytest.mark.slow

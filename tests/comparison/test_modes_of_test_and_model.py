@@ -14,7 +14,7 @@ from shakerproc.comparison.modes import NaturalModes, beside_model, natural_mode
 from shakerproc.modal import mac
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.structure import Structure, StructureMode
-from shakerproc.report.evidence.modes import mode_sections
+from shakerproc.report.evidence.functions import mode_sections
 
 MASSES, SPRINGS = np.array([0.5, 0.8, 0.3]), np.array([2e5, 3e5, 1e5])
 

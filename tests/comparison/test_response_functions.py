@@ -10,7 +10,7 @@ from tests.modal.function_files import record, write
 
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.model_files import read_model
-from shakerproc.workflows.functions import compare_file
+from shakerproc.workflows.comparison import compare_file
 
 LINES = 0.5 * np.arange(1, 401)
 MASS, STIFF, DAMP = (2.0, 1.0), (8e4, 3e5), (2.0, 3.0)

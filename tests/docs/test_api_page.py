@@ -6,7 +6,7 @@ import pytest
 from tests.docs.test_manual import script
 
 import shakerproc
-from shakerproc.workflows.option_values import Options
+from shakerproc.workflows.processing_options import Options
 
 page = script("api_page")
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from shakerproc.errors import ExchangeError
 from shakerproc.exchange.tensile import (
     TensileRun,
-    all_alike,
+    indistinguishable,
     joint_stiffness,
     read_tensile,
     slope,
@@ -64,8 +64,8 @@ def test_specimens_that_all_give_the_same_stiffness_are_suspicious():
         runs = [spring(stiffness * (1 + 0.01 * d), noise=0.1, seed=seed) for d in (-1, 0, 1)]
         return joint_stiffness(runs)
 
-    assert all_alike([specimen(2.67e6, 1), specimen(2.68e6, 2)])
-    assert not all_alike([specimen(2.67e6, 1), specimen(4.0e6, 2)])
+    assert indistinguishable([specimen(2.67e6, 1), specimen(2.68e6, 2)])
+    assert not indistinguishable([specimen(2.67e6, 1), specimen(4.0e6, 2)])
 
 
 def test_the_secant_can_be_taken_at_a_force():

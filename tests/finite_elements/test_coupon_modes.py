@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.finite_elements.annular_solid import solid_frequencies
+from shakerproc.finite_elements.annular_meshes import shell_modes, solid_frequencies
+from shakerproc.finite_elements.annular_plate import mindlin_modes, plate_frequency, plate_roots
 from shakerproc.finite_elements.coupon import Coupon, Hole, Material
-from shakerproc.finite_elements.kirchhoff_plate import plate_frequency, plate_roots
-from shakerproc.finite_elements.mindlin_plate import mindlin_modes
-from shakerproc.finite_elements.shell_mesh import shell_modes
 
 POM_C = Material("POM C", 2.8e9, 0.44, 1410.0)
 S355 = Material("S355", 210e9, 0.3, 7850.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.finite_elements.thermal import ThermalFit, clearances_at, temperature_change_for
+from shakerproc.finite_elements.coupon import ThermalFit, clearances_at, temperature_change_for
 
 PLASTIC_ON_STEEL = ThermalFit(9.85e-3, 9.80e-3, 110e-6, 12e-6)
 

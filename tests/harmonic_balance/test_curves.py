@@ -20,13 +20,16 @@ from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.simulation import closed_forms, simulate
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.backbone import backbone
-from shakerproc.simulation.harmonic_balance.branch import samples_of_branch, sharpened
+from shakerproc.simulation.harmonic_balance.branch import (
+    monodromy,
+    samples_of_branch,
+    sharpened,
+)
 from shakerproc.simulation.harmonic_balance.curves import newton
 from shakerproc.simulation.harmonic_balance.response import (
     balance_of_system,
     frequency_response,
 )
-from shakerproc.simulation.harmonic_balance.stability import monodromy
 from shakerproc.simulation.harmonic_balance.switching import branch_off, subharmonic_branches
 
 NATURAL = np.sqrt(1000.0) / (2.0 * np.pi)

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_matrix
 
 from shakerproc.modal import mac
-from shakerproc.modal.expansion import expanded
+from shakerproc.modal.shapes import expanded
 
 SENSORS = [0, 3, 5, 8, 11]
 

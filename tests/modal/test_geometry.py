@@ -23,7 +23,7 @@ import shakerproc
 from shakerproc.errors import DocumentError, LogError, RecordingError
 from shakerproc.modal.geometry import geometry_of
 from shakerproc.recordings.response_functions import read_functions
-from shakerproc.report.modal.shapes import moving_shape
+from shakerproc.report.modal.figures import moving_shape
 from shakerproc.testlog import read_testlog
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")  # pyuff leaves files open

@@ -14,9 +14,9 @@ from shakerproc.modal import (
     phase_collinearity,
     response_functions,
 )
-from shakerproc.modal.choosing import twins_of
+from shakerproc.modal.gathering import twins_of
 from shakerproc.modal.geometry import geometry_of
-from shakerproc.modal.mode_set import ModeSet
+from shakerproc.modal.modal_model import ModeSet
 
 BAND = (3.0, 200.0)
 

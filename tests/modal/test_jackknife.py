@@ -5,8 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.modal.output_only import jackknife
-from shakerproc.modal.polynomials import OrderPoles
-from shakerproc.modal.stabilisation import diagram_of
+from shakerproc.modal.stabilisation import OrderPoles, diagram_of
 
 POLE = 2.0 * np.pi * 50.0 * (-0.01 + 1j * np.sqrt(1.0 - 0.01**2))
 SHAPE = np.array([[1.0 + 0j, -0.5]])

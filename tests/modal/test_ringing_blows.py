@@ -6,7 +6,7 @@ import yaml
 from scipy import signal
 
 from shakerproc.data import Channel, recording_of_arrays
-from shakerproc.modal.from_log import analyse_test
+from shakerproc.modal.from_measurements import analyse_test
 from shakerproc.runs import process_recording
 from shakerproc.testlog import Processing, Test, read_testlog
 

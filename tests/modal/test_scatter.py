@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shakerproc.modal.scatter import widening
+from shakerproc.modal.identification import widening
 
 DRAWS = 20_000
 

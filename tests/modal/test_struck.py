@@ -6,7 +6,7 @@ import yaml
 from numpy.testing import assert_allclose
 from tests.struck import MODES, RATE, struck
 
-from shakerproc.modal.from_log import analyse_test
+from shakerproc.modal.from_measurements import analyse_test
 from shakerproc.testlog import read_testlog
 
 WINDOWS = [{"length": "1.9 s"}, {"length": "0.8 s", "exponential": "1 %"}]

@@ -248,4 +248,4 @@ def test_a_contained_effect_is_nearly_the_law_of_one_of_its_extensions(kind, con
 
 
 def made(kind, sought, values):
-    return EFFECTS[kind].of_numbers(sought.numbers(sought.kept(values)))
+    return EFFECTS[kind].of_numbers(sought.numbers(sought.within_bounds(values)))

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.errors import ShakerprocError
-from shakerproc.finite_elements.thermal import ThermalFit
+from shakerproc.finite_elements.coupon import ThermalFit
 from shakerproc.model_files import read_model
 from shakerproc.planning import (
     PlanWish,

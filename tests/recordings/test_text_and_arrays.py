@@ -13,7 +13,6 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings import (
     Sampling,
     health,
-    mat5,
     matlab,
     open_recording,
     parquet,
@@ -861,7 +860,7 @@ def test_every_kind_of_matlab_variable_is_what_scipy_reads(tmp_path, compressed)
     path = tmp_path / "run.mat"
     scipy_io.savemat(path, content, do_compression=compressed)
     oracle = scipy_io.loadmat(path)
-    found = dict(mat5.read_variables(memoryview(path.read_bytes()), 1 << 20))
+    found = dict(matlab.read_variables(memoryview(path.read_bytes()), 1 << 20))
     assert set(found) == set(content)
     for name in [f"a_{kind}" for kind in kinds] + ["whole", "flag", "empty"]:
         assert_array_equal(found[name], oracle[name])
@@ -877,8 +876,8 @@ def test_every_kind_of_matlab_variable_is_what_scipy_reads(tmp_path, compressed)
 def test_a_matlab_file_that_would_fill_the_memory_is_refused(tmp_path):
     path = tmp_path / "run.mat"
     scipy_io.savemat(path, {"a": np.zeros((1000, 1000))}, do_compression=True)
-    with pytest.raises(mat5.Mat5Error, match="more than fits into memory"):
-        list(mat5.read_variables(memoryview(path.read_bytes()), 1 << 20))
+    with pytest.raises(matlab.Mat5Error, match="more than fits into memory"):
+        list(matlab.read_variables(memoryview(path.read_bytes()), 1 << 20))
 
 
 def test_a_matlab_variable_of_absurd_size_is_refused_with_its_size(tmp_path):

@@ -15,7 +15,7 @@ from tests.small_campaign import write_campaign
 
 from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Plot
-from shakerproc.report.page import pdf
+from shakerproc.report.page import page as report_page
 from shakerproc.report.page.page import write_report
 from shakerproc.report.page.sections import PageFigure, ReportSection
 from shakerproc.runs import process_test, summary_of
@@ -260,8 +260,8 @@ def test_paper_shows_the_still_figures_of_every_run(browser, page):
 
 
 def test_all_92_are_in_the_pdf(page, tmp_path, monkeypatch):
-    monkeypatch.setenv(pdf.BROWSER_VARIABLE, FOUND)
-    data = pdf.print_report(page, tmp_path / "report.pdf").read_bytes()
+    monkeypatch.setenv(report_page.BROWSER_VARIABLE, FOUND)
+    data = report_page.print_report(page, tmp_path / "report.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     titles = [
         bytes.fromhex(text.decode("ascii")).decode("utf-16")

@@ -9,8 +9,8 @@ from PIL import Image
 from tests.small_campaign import write_campaign
 
 from shakerproc.errors import DocumentError, LogError
-from shakerproc.report.page.header import header_view, photo_uri
 from shakerproc.report.page.page import Report, html
+from shakerproc.report.page.sections import header_view, photo_uri
 from shakerproc.testlog import read_testlog
 
 HEAD = """\

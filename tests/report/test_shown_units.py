@@ -9,7 +9,7 @@ from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.page import EXAMPLE, Report, html
 from shakerproc.report.runs.in_units import run_in
 from shakerproc.testlog import chosen_units, read_testlog
-from shakerproc.workflows.write_up import units_of
+from shakerproc.workflows.campaign import units_of
 
 
 def shown(*words):

@@ -5,8 +5,8 @@ import time
 import pytest
 
 from shakerproc.errors import LogError
-from shakerproc.report.page.header import HeaderView, read_template
 from shakerproc.report.page.page import Report, html, tried_header
+from shakerproc.report.page.sections import HeaderView, read_template
 from shakerproc.testlog import read_testlog
 
 BASE = '{% extends "report.html.j2" %}\n'
@@ -92,7 +92,7 @@ def test_an_error_that_only_a_run_shows_is_told_before_any_work(tmp_path, wrong)
     ids=["loops over text", "recursion", "products of products"],
 )
 def test_a_template_without_end_is_one_line_soon(tmp_path, monkeypatch, inside):
-    monkeypatch.setattr("shakerproc.report.page.header.MOST_SECONDS", 1.0)
+    monkeypatch.setattr("shakerproc.report.page.sections.MOST_SECONDS", 1.0)
     start = time.perf_counter()
     with pytest.raises(LogError, match=r"customer\.j2: line 2: it takes more than 1 s"):
         page(tmp_path, BASE + "{% block end %}" + inside + "{% endblock %}")

@@ -19,7 +19,7 @@ from shakerproc.runs import process_recording, summary_of
 from shakerproc.runs.analyses import ANALYSES
 from shakerproc.runs.analyses.waterfall import WaterfallAnalysis
 from shakerproc.testlog import Processing, Profile, ResponseFunction, Test
-from shakerproc.testlog.analyses import (
+from shakerproc.testlog.processing import (
     Distribution,
     Fatigue,
     Integration,

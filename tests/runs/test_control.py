@@ -11,7 +11,7 @@ from tests.small_campaign import write_campaign
 
 from shakerproc.runs import process_test
 from shakerproc.runs.flags import EDGE_OF_SWEEP, control_density, control_sweep
-from shakerproc.runs.levels import BEYOND_ALARM, control_told, mismatch
+from shakerproc.runs.levels import BEYOND_ALARM, control_text, mismatch
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep
@@ -91,7 +91,7 @@ def test_no_rounding_lets_the_sentence_contradict_the_verdict(worst, beyond, cha
     sure = max(abs(worst) - chance, 0.0)
     share = beyond if sure > alarm else 0.0
     kept = sure <= abort and share <= BEYOND_ALARM
-    told = control_told(ControlSummary(1.0, alarm, abort, share, worst, 50.0, kept), "band")
+    told = control_text(ControlSummary(1.0, alarm, abort, share, worst, 50.0, kept), "band")
     shown = abs(float(re.search(NUMBER, told).group(1)))
     limit = float(re.search(r"±([\d.]+) dB", told).group(1))
     assert ("NOT KEPT" in told) is not kept
@@ -106,7 +106,7 @@ def test_no_rounding_lets_the_sentence_contradict_the_verdict(worst, beyond, cha
 
 def test_a_departure_within_chance_is_told_as_that():
     seen = ControlSummary(1.0, 3.0, 6.0, 0.0, -3.2, 148.0, kept=True)
-    assert control_told(seen, "band") == (
+    assert control_text(seen, "band") == (
         "beyond ±3 dB of the demanded level by no more than chance: kept, "
         "at worst -3.2 dB at 148 Hz"
     )

@@ -9,7 +9,7 @@ from shakerproc.data import recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Dwell
+from shakerproc.testlog.processing import Dwell
 
 RATE, SECONDS, DRIVE, RATIO = 1024.0, 60.0, 50.0, 0.02
 TIME = np.arange(int(RATE * SECONDS)) / RATE

@@ -10,7 +10,7 @@ from nptdms import ChannelObject, TdmsWriter
 from numpy.testing import assert_allclose, assert_array_equal
 from tests.in_process import run
 
-from shakerproc.campaign.remote import at_hand
+from shakerproc.campaign.jobs import at_hand
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import ShakerprocError
 from shakerproc.recordings import write_tdms

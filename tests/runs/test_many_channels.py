@@ -12,7 +12,7 @@ from shakerproc import spectra
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.recordings import health
 from shakerproc.runs import averaging, process_recording
-from shakerproc.runs.crops import find_crop
+from shakerproc.runs.processing import find_crop
 from shakerproc.testlog import ResponseFunction, Test, Welch
 
 RATE, SEGMENT = 1000.0, 512

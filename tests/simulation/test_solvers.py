@@ -17,7 +17,6 @@ from shakerproc.models.effects import (
     Gap,
     Iwan,
     Jenkins,
-    PowerLaw,
     QuadraticStiffness,
     Spring,
     StiffnessDrift,
@@ -25,9 +24,15 @@ from shakerproc.models.effects import (
 )
 from shakerproc.models.examples import EXAMPLES
 from shakerproc.models.faults import Clipping, SensorGain
-from shakerproc.simulation import prepare, simulate, simulate_many
-from shakerproc.simulation.excitations import harmonic, linear_sweep, rest
-from shakerproc.simulation.noise import faded, flat_profile, random_noise
+from shakerproc.simulation import prepare, simulate
+from shakerproc.simulation.excitations import (
+    faded,
+    flat_profile,
+    harmonic,
+    linear_sweep,
+    random_noise,
+    rest,
+)
 
 RATE = 5688.9
 GROUND = ("base", "coupon")
@@ -300,24 +305,6 @@ def test_a_force_leaves_the_base_alone():
     assert_allclose(found.outputs["x"], found.displacement[0])
     expected = (found.excitation - 8.0 * found.displacement[0]) / 2.0
     assert_allclose(found.outputs["a"], expected, atol=1e-13)
-
-
-def test_many_sets_of_parameters_at_once_are_as_one_by_one(noise):
-    models = [
-        shaken(*effects)
-        for k in range(1, 4)
-        for effects in (
-            [Gap(1e5 * k, 2e-5 * k)],
-            [CoulombFriction(float(k))],
-            [],
-            [PowerLaw(1.0, 1e-4, 2.0 + 0.5 * k)],
-        )
-    ]
-    many = simulate_many(models, noise, reduce=lambda s: (s.solver, s.displacement.copy()))
-    for model, (solver, displacement) in zip(models, many, strict=True):
-        alone = simulate(model, noise, growth=False)
-        assert solver == alone.solver
-        assert_allclose(displacement, alone.displacement, rtol=0.0, atol=1e-17)
 
 
 def test_arguments_that_do_not_fit_are_refused(noise):

@@ -7,9 +7,18 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.errors import SpectrumError
-from shakerproc.spectra.blows import BlockCut, Setup, impulse_share, incomplete, judge, windowed
-from shakerproc.spectra.range_ends import range_ends
-from shakerproc.spectra.strikes import Strikes, find_strikes, usual_length
+from shakerproc.spectra.blows import (
+    BlockCut,
+    Setup,
+    Strikes,
+    find_strikes,
+    impulse_share,
+    incomplete,
+    judge,
+    usual_length,
+    windowed,
+)
+from shakerproc.spectra.welch.blocks import range_ends
 
 RATE, WIDTH = 1000.0, 10
 PULSE = np.sin(np.pi * (np.arange(WIDTH) + 0.5) / WIDTH)

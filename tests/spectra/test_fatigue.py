@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.spectra.rainflow import rainflow
+from shakerproc.spectra.kernels import rainflow
 from shakerproc.spectra.response_spectra import fatigue_spectra
 
 

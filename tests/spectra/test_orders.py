@@ -9,8 +9,13 @@ from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
 from shakerproc.spectra.tones.orders import rotation
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Distribution, Octaves, Orders, Waterfall
-from shakerproc.testlog.processing import ThresholdCrop
+from shakerproc.testlog.processing import (
+    Distribution,
+    Octaves,
+    Orders,
+    ThresholdCrop,
+    Waterfall,
+)
 
 RATE = 4096.0
 TIME = np.arange(int(20.0 * RATE)) / RATE

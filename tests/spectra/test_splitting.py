@@ -15,7 +15,7 @@ from shakerproc.spectra.splitting import (
     shocks_of,
 )
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Splitting
+from shakerproc.testlog.processing import Splitting
 
 RATE, SECONDS, WIDTH, HEIGHT = 2000.0, 120.0, 0.011, 80.0
 SHOCKS = (20.3, 55.017, 81.5, 82.9)

@@ -8,7 +8,7 @@ import pytest
 
 from shakerproc.errors import DocumentError
 from shakerproc.studies import read_study
-from shakerproc.studies.simulated import simulated
+from shakerproc.studies.readings import simulated
 from shakerproc.studies.study import StudyRun
 
 STUDIES = Path(__file__).parents[2] / "configs" / "studies"

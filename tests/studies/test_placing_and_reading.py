@@ -8,7 +8,7 @@ from shakerproc.errors import DocumentError
 from shakerproc.studies import StudyRun, read_study
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.kinds.base import jobs_of
-from shakerproc.studies.placing import placed, unit_of_place
+from shakerproc.studies.study import placed, unit_of_place
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs" / "studies"
 

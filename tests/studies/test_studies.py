@@ -12,14 +12,23 @@ from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.models import EFFECTS, Element, Excitation, Model
-from shakerproc.report.models.study import study_figure
+from shakerproc.report.models.curves import study_figure
 from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Study, StudyRun, Variation, read_study, run_study
-from shakerproc.studies.checks import VERDICTS, trend_of
-from shakerproc.studies.readings import Spectrum, in_words, peak_frequency, spectrum
-from shakerproc.studies.simulated import ensemble, excitation_of, signal_of, simulated, strobe
+from shakerproc.studies.readings import (
+    Spectrum,
+    ensemble,
+    excitation_of,
+    in_words,
+    peak_frequency,
+    signal_of,
+    simulated,
+    spectrum,
+    strobe,
+)
+from shakerproc.studies.results import VERDICTS, trend_of
 from shakerproc.studies.study import Claim
-from shakerproc.verification.claims import claims_page, thesis_claims
+from shakerproc.verification import claims_page, thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "studies"

@@ -11,7 +11,7 @@ from shakerproc.errors import DocumentError
 from shakerproc.models import EFFECTS, Element
 from shakerproc.studies import read_study, run_study
 from shakerproc.studies.kinds.base import jobs_of
-from shakerproc.studies.placing import at_temperature, clearance_of
+from shakerproc.studies.study import at_temperature, clearance_of
 
 STUDIES = Path(__file__).parents[2] / "configs" / "studies"
 

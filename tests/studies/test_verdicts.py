@@ -12,7 +12,10 @@ from hypothesis import strategies as st
 
 from shakerproc.models import EFFECTS, Element, Model
 from shakerproc.studies import read_study, run_study
-from shakerproc.studies.checks import (
+from shakerproc.studies.kinds import KINDS
+from shakerproc.studies.kinds.base import JobFinding, jobs_of
+from shakerproc.studies.readings import period_of
+from shakerproc.studies.results import (
     Checked,
     above,
     below,
@@ -21,12 +24,9 @@ from shakerproc.studies.checks import (
     trends,
     verdict_of,
 )
-from shakerproc.studies.kinds import KINDS
-from shakerproc.studies.kinds.base import JobFinding, jobs_of
-from shakerproc.studies.readings import period_of
 from shakerproc.studies.study import Claim
+from shakerproc.verification import thesis_claims
 from shakerproc.verification.base import ClaimFinding
-from shakerproc.verification.claims import thesis_claims
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs" / "studies"

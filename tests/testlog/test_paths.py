@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from shakerproc.errors import DocumentError, LogError
 from shakerproc.testlog import read_testlog
-from shakerproc.testlog.paths import Below, is_inside, relative_path
+from shakerproc.testlog.fields import Below, is_inside, relative_path
 
 ATTACKS = [
     "../secret.tdms",

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tests.in_process import run
 
+from shakerproc.cli.commands.doctor import plug_ins
 from shakerproc.errors import RecordingError
 from shakerproc.models import EFFECTS
 from shakerproc.recordings import READERS, open_recording
-from shakerproc.workflows.plug_ins import plug_ins
 
 READER = """
     import numpy as np

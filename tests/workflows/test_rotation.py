@@ -16,7 +16,7 @@ from shakerproc.models.model import Element
 from shakerproc.recordings import open_recording
 from shakerproc.runs import process_recording
 from shakerproc.testlog import Processing, Test
-from shakerproc.testlog.analyses import Orders
+from shakerproc.testlog.processing import Orders
 
 RATE = 1000.0
 INERTIA, STIFFNESS, DAMPING = 0.02, 1200.0, 0.4

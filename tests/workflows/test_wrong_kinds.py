@@ -18,7 +18,7 @@ from shakerproc.workflows import (
     simulation,
     updated_model,
 )
-from shakerproc.workflows.option_values import Options
+from shakerproc.workflows.processing_options import Options
 
 RECORDING = Path(__file__).parents[2] / "sample_data/recordings/Test_1/Acceleration.tdms"
 KINDS = (

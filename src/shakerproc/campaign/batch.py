@@ -20,7 +20,7 @@ from shakerproc.campaign.jobs import (
     input_of,
     relative_recording,
 )
-from shakerproc.campaign.manifest import (
+from shakerproc.campaign.result_folder import (
     NOTHING,
     Entry,
     Manifest,

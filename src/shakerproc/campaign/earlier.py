@@ -10,9 +10,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 
 from shakerproc.errors import TableError
-from shakerproc.runs.peak_rows import peak_rows, quantity_of
 from shakerproc.runs.summary import PeakSummary, RunSummary
-from shakerproc.runs.tables import Columns
+from shakerproc.runs.tables import Columns, peak_rows, quantity_of
 
 FARTHEST: Final = 0.2
 """Distance of two peaks of one mode, over their frequency, at most [-]."""

@@ -69,7 +69,7 @@ def export_mat(result: RunResult, path: Path) -> None:
         "degrees_of_freedom": result.spectra.degrees_of_freedom,
     }
     if result.incomplete:
-        content["incomplete"] = result.told_length
+        content["incomplete"] = result.length_text
     if result.against is not None:
         content |= _against_controls(result)
     pairs = functions_of(result)
@@ -174,7 +174,7 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
 def _head(result: RunResult, curve: _Curve) -> RecordHead:
     start = "" if result.start_time is None else f"{result.start_time:%d-%b-%y %H:%M:%S}"
     spectra = result.spectra
-    cut = f", INCOMPLETE {result.told_length}" if result.incomplete else ""
+    cut = f", INCOMPLETE {result.length_text}" if result.incomplete else ""
     is_ratio = curve.kind == RESPONSE
     over = [_axis(result, curve.inputs[0])] if is_ratio else [NONE]
     return RecordHead(

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from shakerproc.campaign.result_table import ResultTable, read_table
+from shakerproc.campaign.agreement import ResultTable, read_table
 from shakerproc.errors import TableError
 from shakerproc.numerals import numeral
 from shakerproc.runs.flags import EXPIRED
-from shakerproc.runs.remarks import by_tests
+from shakerproc.runs.summary import by_tests
 
 
 @final
@@ -32,7 +32,7 @@ class BrokenLine:
     at_hz: float
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A sentence for people."""
         return (
             f"test {self.test}: profile {self.profile}: {self.line} line not kept, "
@@ -70,7 +70,7 @@ class Worst:
     unit: str
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A sentence for people."""
         rms = ""
         if self.demand_rms is not None and self.measured_rms is not None:
@@ -116,7 +116,7 @@ class Keeping:
         return not self.broken and not self.missing
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A sentence for people."""
         if self.holds:
             return f"all hold: {self.judged} lines of profiles kept"

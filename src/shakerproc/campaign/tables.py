@@ -10,9 +10,8 @@ from shakerproc import files
 from shakerproc.campaign.trend import Trend
 from shakerproc.late import without_parquet
 from shakerproc.runs.levels import density_unit
-from shakerproc.runs.peak_rows import gain_unit
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, Value
-from shakerproc.runs.tables import Columns, columns_of
+from shakerproc.runs.tables import Columns, columns_of, gain_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

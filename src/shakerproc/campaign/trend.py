@@ -17,8 +17,8 @@ from typing import Final, final
 import numpy as np
 import scipy  # its parts load when they are first used
 
+from shakerproc.modal.analysis import LEAST_MAC, TELLING
 from shakerproc.modal.shapes import mac
-from shakerproc.modal.tracking import LEAST_MAC, TELLING
 from shakerproc.runs.summary import PeakSummary, Value
 
 OCTAVE: Final = math.log(2.0)
@@ -132,7 +132,7 @@ def _distinct(peaks: Sequence[PeakSummary]) -> list[PeakSummary]:
     return [
         peak
         for rank, peak in enumerate(peaks)
-        if not any(_alike(peak, taller) >= SAME_MAC for taller in peaks[:rank])
+        if not any(_shape_mac(peak, taller) >= SAME_MAC for taller in peaks[:rank])
     ]
 
 
@@ -141,13 +141,13 @@ def _cost(one: PeakSummary, other: PeakSummary) -> float:
     shift = abs(math.log(one.frequency_hz / other.frequency_hz))
     if shift > OCTAVE:
         return NEVER
-    alike = _alike(one, other)
+    alike = _shape_mac(one, other)
     if math.isnan(alike):
         return shift
     return NEVER if alike < LEAST_MAC else 1.0 - alike + shift
 
 
-def _alike(one: PeakSummary, other: PeakSummary) -> float:
+def _shape_mac(one: PeakSummary, other: PeakSummary) -> float:
     """Return the MAC of the shapes at two peaks [-]; NaN where they tell nothing."""
     names = _common(one, other)
     if len(names) < TELLING:

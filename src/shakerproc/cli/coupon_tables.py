@@ -61,7 +61,7 @@ def document_of(
     import hashlib
 
     from shakerproc import __version__
-    from shakerproc.model_files.coupon_model import modal_equivalent
+    from shakerproc.model_files.coupon_files import modal_equivalent
 
     return {
         "schema": SCHEMA,
@@ -104,7 +104,7 @@ def _rows(described: "CouponFile", found: "tuple[NamedMode, ...]") -> list[dict[
 
 
 def _shell_convergence(coupon: "Coupon") -> list[dict[str, Any]]:
-    from shakerproc.finite_elements.shell_mesh import shell_modes
+    from shakerproc.finite_elements.annular_meshes import shell_modes
 
     rows = []
     for radial in (10, 20, 30):

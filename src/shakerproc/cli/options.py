@@ -77,7 +77,7 @@ def usage(**places: str) -> "Iterator[None]":
     try:
         yield
     except ArgumentError as error:
-        from shakerproc.workflows.option_values import option
+        from shakerproc.workflows.processing_options import option
 
         raise typer.BadParameter(
             error.says, param_hint=places.get(error.name, option(error.name))
@@ -88,20 +88,20 @@ def window_of(value: str | None) -> str | None:
     """Return the name of a window; see `option_values.window_of`."""
     if value is None:
         return None
-    from shakerproc.workflows import option_values
+    from shakerproc.workflows import processing_options
 
     with usage():
-        return option_values.window_of(value)
+        return processing_options.window_of(value)
 
 
 def detrend_of(value: str | None) -> str | None:
     """Return the option on the mean that is removed; see `option_values.detrend_of`."""
     if value is None:
         return None
-    from shakerproc.workflows import option_values
+    from shakerproc.workflows import processing_options
 
     with usage():
-        return option_values.detrend_of(value)
+        return processing_options.detrend_of(value)
 
 
 def exclusive(first: str, *others: str) -> None:
@@ -358,10 +358,10 @@ ExportOption: TypeAlias = Annotated[
 
 def bad_rows_of(text: str | None) -> "BadRows":
     """Return the option on bad rows; see `option_values.bad_rows_of`."""
-    from shakerproc.workflows import option_values
+    from shakerproc.workflows import processing_options
 
     with usage():
-        return option_values.bad_rows_of(text)  # type: ignore[return-value]
+        return processing_options.bad_rows_of(text)  # type: ignore[return-value]
 
 
 def exports_of(text: str) -> tuple[str, ...]:
@@ -397,10 +397,10 @@ def sampling_of(
     ignore_starts: bool = False,
 ) -> "Sampling":
     """Return the option on the times; see `option_values.sampling_of`."""
-    from shakerproc.workflows import option_values
+    from shakerproc.workflows import processing_options
 
     with usage():
-        return option_values.sampling_of(
+        return processing_options.sampling_of(
             sample_rate_hz,
             override_rate=override_rate,
             time_unit=time_unit,
@@ -420,7 +420,7 @@ def named_in(said: "Sampling") -> str:
 
 def measurement_of(text: str | None) -> "Measurement | None":
     """Return which measurement was asked for; see `option_values.measurement_of`."""
-    from shakerproc.workflows import option_values
+    from shakerproc.workflows import processing_options
 
     with usage():
-        return option_values.measurement_of(text)  # type: ignore[return-value]
+        return processing_options.measurement_of(text)  # type: ignore[return-value]

@@ -17,7 +17,7 @@ from shakerproc.cli import tables
 from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
-from shakerproc.workflows.folders import checked_folder, own_folder
+from shakerproc.workflows.folders import check_result_folder, checked_folder
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -143,9 +143,9 @@ def results(folder: Path, command: str) -> Iterator[None]:
 
     Where the block is interrupted or fails, nothing of it stays.
     """
-    from shakerproc.campaign.manifest import settle
+    from shakerproc.campaign.result_folder import settle
 
-    own_folder(folder, command)
+    check_result_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)
     with files.noted() as written:
         try:
@@ -162,7 +162,7 @@ def command() -> str:
     return shlex.join(["shakerproc", *sys.argv[1:]])
 
 
-def say_left_out(log: "TestLog") -> None:
+def say_planned_tests(log: "TestLog") -> None:
     """Say which tests of a log are planned and take no part."""
     for text in log.left_out:
         message(text)
@@ -173,7 +173,7 @@ def print_if(wanted: bool, page: Path) -> None:
     if not wanted:
         page.with_suffix(".pdf").unlink(missing_ok=True)  # of an earlier page
         return
-    from shakerproc.report.page.pdf import print_report
+    from shakerproc.report.page.page import print_report
 
     message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 
@@ -287,7 +287,7 @@ def print_table(
     for row in cells:
         for text in tables.lines_of(row, layout, numeric):
             typer.echo(text)
-    told = layout.told(elsewhere)
+    told = layout.omission_text(elsewhere)
     if told:
         typer.echo(told)
 

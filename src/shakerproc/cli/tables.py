@@ -38,7 +38,7 @@ class TableLayout:
     empty: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
 
-    def told(self, elsewhere: str) -> str:
+    def omission_text(self, elsewhere: str) -> str:
         """Return which columns are left out and where they are, nothing where none is."""
         names = [*self.left_out, *(f"{name} (empty)" for name in self.empty)]
         if not names:

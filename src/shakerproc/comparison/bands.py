@@ -47,7 +47,7 @@ class BandErrors:
 def band_errors(
     predictions: Sequence[Prediction], pairs: Sequence[Pair], floors: Sequence[Floor]
 ) -> BandErrors:
-    """Return what the model leaves of the response, by third octaves."""
+    """Return the residual of the model in each third-octave band."""
     low = min(prediction.measured.band[0] for prediction in predictions)
     high = max(prediction.measured.band[1] for prediction in predictions)
     n_bands = max(1, int(np.ceil(np.log2(high / low) * PER_OCTAVE)))

@@ -160,7 +160,7 @@ class Comparison:
 
     @property
     def scored_held_out(self) -> tuple[Scored, ...]:
-        """What is held out of every test: tests that the log marks, else blocks of each."""
+        """Scored part of every test: tests that the log marks, else blocks of each."""
         return self._scored(held_out=True)
 
     def _scored(self, *, held_out: bool) -> tuple[Scored, ...]:
@@ -218,7 +218,7 @@ def compare_tests(
     windows: Mapping[str, Windows] = MappingProxyType({}),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
-    """Return the same for tests that are in memory.
+    """Return the comparison of tests that are in memory.
 
     `windows` are those of another model, by the name of the test, so that both models are
     scored alike.

@@ -115,7 +115,7 @@ def _low(text: str) -> str:
 
 
 def sentences_of(test: TestDecays) -> Iterator[str]:
-    """Yield what is to be said of a test: of each mode, and what the model has besides."""
+    """Yield the remarks on a test: on each mode, and on modes that the model has besides."""
     for mode in test.modes:
         yield f"test {test.measured.name}, {said_of(mode, test)}"
     lines = [mode.model.line for mode in test.modes if mode.model is not None]
@@ -129,7 +129,7 @@ def sentences_of(test: TestDecays) -> Iterator[str]:
 
 
 def sentence_of_decays(found: DecayComparison) -> str:
-    """Return what is to be said of the mode that disagrees most."""
+    """Return a sentence on the mode that disagrees most."""
     every = [(test, mode) for test in found.tests for mode in test.modes]
     test, mode = max(every, key=lambda pair: _badness(pair[1], pair[0]))
     return f"Test {test.measured.name}, {said_of(mode, test)}"

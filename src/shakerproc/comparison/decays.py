@@ -198,7 +198,7 @@ def _sizes(model: Model, rows: FloatArray, omega: float) -> FloatArray:
 
 
 def _motion(model: Model, test: Measured, start: FloatArray, n: int) -> FloatArray:
-    """Return what the sensors of the model record after a start, (n_sensors, n) array.
+    """Return the signals of the model's sensors after a start, (n_sensors, n) array.
 
     Raises
     ------

@@ -89,7 +89,7 @@ def pairs_of(model: Model) -> tuple[tuple[str, str], ...]:
 
 
 def _incidence(model: Model, pairs: Sequence[tuple[str, str]]) -> tuple[FloatArray, list[str]]:
-    """Return what a unit of each force does to each mass, and the names of modes."""
+    """Return the acceleration of each mass under a unit of each force, and names of modes."""
     row = {mass: i for i, mass in enumerate(model.masses)}
     columns, names = [], []
     for first, second in pairs:

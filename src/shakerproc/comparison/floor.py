@@ -75,7 +75,7 @@ def floor_shares(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
 
 
 def floor_draws(test: Scored, noise: Noise, moved: FloatArray) -> FloatArray:
-    """Return the same of every draw by itself, (n_draws, n_sensors) array [-]."""
+    """Return the noise floor of every draw by itself, (n_draws, n_sensors) array [-]."""
     own = sensor_shares(test, noise)
     draws = [relative_errors(replace(test, simulated=test.measured - one)) for one in moved]
     return np.array([np.hypot(own, passed) for passed in draws])

@@ -43,7 +43,7 @@ class Scored:
     counted: NDArray[np.bool_]
 
     def within(self, counted: NDArray[np.bool_]) -> "Scored":
-        """Return the same test with only those of its samples counted that are true here.
+        """Return the test with only those of its samples counted that are true here.
 
         `counted` is an (n,) array of bool [-].
         """

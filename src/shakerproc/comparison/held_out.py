@@ -1,4 +1,4 @@
-"""What takes no part in a fit and is only scored: tests that the log marks, else blocks."""
+"""Held-out data, scored and never fitted: tests that the log marks, else blocks of each."""
 
 from collections.abc import Sequence
 from typing import Final

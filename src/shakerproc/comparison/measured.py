@@ -1,4 +1,4 @@
-"""What a model is compared with: the input and every sensor of one test, as arrays in SI."""
+"""Measured data that a model is compared with: input and sensors of one test, in SI."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
-from shakerproc.runs.remarks import unused_lines
+from shakerproc.runs.summary import unused_lines
 from shakerproc.testlog import Test, TestLog
 
 REACH: Final = 3.0
@@ -158,12 +158,12 @@ class Measured:
 
     @property
     def channels(self) -> Channels:
-        """What was measured, as the noise is told from it."""
+        """Channels as they were measured, from which the noise is estimated."""
         return Channels(self.controls, self.responses, self.sample_rate, self.excited)
 
     @property
     def input(self) -> FloatArray:
-        """What drives the model, (n,) array: the mean of the controls, or the force."""
+        """Excitation of the model, (n,) array: the mean of the controls, or the force."""
         mean: FloatArray = self.controls.mean(axis=0)
         return mean
 
@@ -186,7 +186,7 @@ class Usable:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was decided of the tests, and faults of their channels, a sentence each."""
+        """Remarks on the tests and faults of their channels, a sentence each."""
         return tuple(dict.fromkeys(note for test in self.tests for note in test.notes))
 
     def tell(self, warn: Callable[[str], None]) -> None:

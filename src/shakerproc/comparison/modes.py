@@ -11,12 +11,10 @@ from shakerproc.comparison.measured import Measured
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ShakerprocError
 from shakerproc.modal import ModeSet, mac
-from shakerproc.modal.analysis import TestModes
-from shakerproc.modal.expansion import Expansion, expanded
-from shakerproc.modal.from_log import analyse_test
+from shakerproc.modal.analysis import LEAST_MAC, MOST_SHIFT, TELLING, TestModes
+from shakerproc.modal.from_measurements import analyse_test
 from shakerproc.modal.geometry import Geometry, geometry_of
-from shakerproc.modal.shapes import normalised, scaled_to
-from shakerproc.modal.tracking import LEAST_MAC, MOST_SHIFT, TELLING
+from shakerproc.modal.shapes import Expansion, expanded, normalised, scaled_to
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import coordinates_of
 from shakerproc.testlog import TestLog

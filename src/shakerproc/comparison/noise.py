@@ -188,7 +188,7 @@ def _first(
     twins: Sequence[sources.Channels],
     refuted: Collection[str],
 ) -> tuple[FloatArray | None, str]:
-    """Return what the first source says that knows anything, and its name."""
+    """Return the estimate of the first source that knows anything, and its name."""
     first = [name for name in kinds if name not in refuted]
     beaten = [name for name in _UNDRIVEN if name in kinds and name in refuted]
     for name in (*first, *beaten):

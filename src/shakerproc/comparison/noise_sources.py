@@ -1,4 +1,4 @@
-"""What a measurement tells of its own noise: rest, repeats, controls, the band above, steps."""
+"""Noise of a measurement by itself: rest, repeats, controls, the band above, steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ LONGEST_LAGS: Final = 2**18
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Channels:
-    """What one test measured.
+    """Channels of one test as they were measured.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ def _step(row: FloatArray) -> float:
 
 
 def responses_at_rest(test: Channels, twins: Sequence[Channels]) -> FloatArray | None:
-    """Return what the responses hold before and after the run."""
+    """Return the responses before and after the run."""
     rest = _rest(test)
     if rest is None:
         return None
@@ -144,7 +144,7 @@ def responses_at_rest(test: Channels, twins: Sequence[Channels]) -> FloatArray |
 
 
 def input_at_rest(test: Channels, twins: Sequence[Channels]) -> FloatArray | None:
-    """Return what the mean of the controls holds before and after the run, noises apart."""
+    """Return the mean of the controls before and after the run, noises apart."""
     rest, n = _rest(test), len(test.controls)
     if rest is None:
         return None
@@ -281,12 +281,12 @@ def disagreement(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
 
 
 def responses_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
-    """Return what is left of the responses above the excited band, the same everywhere."""
+    """Return the rest of the responses above the excited band, equal at all frequencies."""
     return _quartile(test.responses, test, ABOVE_EXCITED * test.excited[1])
 
 
 def input_above(test: Channels, _: Sequence[Channels]) -> FloatArray | None:
-    """Return what is left of the mean of the controls above the excited band."""
+    """Return the rest of the mean of the controls above the excited band."""
     mean = test.controls.mean(axis=0, keepdims=True)
     return _quartile(mean, test, ABOVE_EXCITED * test.excited[1])
 

@@ -1,4 +1,4 @@
-r"""What a test has of its own: the constant of its force, its start, how it was sampled.
+r"""Numbers of each test alone: the constant of its force, its start, how it was sampled.
 
 The mean of a recording is the constant of an amplifier or of a force sensor only to the mean
 of the force itself, and a recording that is cut in motion begins in motion. Neither is the
@@ -44,7 +44,7 @@ _ENOUGH: Final = 1e-3  # gain of a step over what is left, from which on none fo
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Own:
-    """What one test has of its own under a model.
+    """Numbers of one test alone under a model.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def noisy_of(measured: Measured, own: Own, given: Input, draw: FloatArray) -> In
 
 
 def run(model: Model, given: Input, own: Own, n: int | None = None) -> tuple[FloatArray, bool]:
-    """Return what sensors record of a free run, (n_sensors, n), and whether it ran away [SI].
+    """Return signals of a free run, (n_sensors, n), and whether it ran away [SI].
 
     `n` are the samples of it; all by default.
     """
@@ -107,7 +107,7 @@ def scored_whole(measured: Measured, simulated: FloatArray) -> Scored:
 
 
 def own_of(model: Model, measured: Measured) -> Own:
-    """Return what a test has of its own, fitted to it under a model.
+    """Return the numbers of a test alone, fitted to it under a model.
 
     Nothing where a displacement is imposed; a start where the recording does not begin at rest.
     """
@@ -218,7 +218,7 @@ def at_samples(model: Model, outputs: FloatArray) -> FloatArray:
 
 
 def as_means(model: Model, samples: FloatArray) -> FloatArray:
-    """Return what `at_samples` undoes: accelerations as means over the next interval [SI]."""
+    """Return accelerations as means over the next interval, undone by `at_samples` [SI]."""
     return _boxed(model, samples, 1)
 
 

@@ -34,7 +34,7 @@ Piersol, "Random Data", 4th ed., eq. 8.58, with one independent value a period.
 @final
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What is looked at of a recording, `first` to `last`, and judged, `start` to `stop`."""
+    """Part of a recording that is used, `first` to `last`, and judged, `start` to `stop`."""
 
     first: int
     last: int

@@ -1,4 +1,4 @@
-"""What the model says each sensor should have measured."""
+"""Prediction of a model for each sensor of a test."""
 
 from dataclasses import dataclass, replace
 from typing import Final, final
@@ -77,7 +77,7 @@ class Prediction:
 
     @property
     def residual(self) -> FloatArray:
-        """What was measured less what is predicted, (n_sensors, n) array.
+        """Measured less predicted signals, (n_sensors, n) array.
 
         Of windows, where the motion is predicted in windows.
         """

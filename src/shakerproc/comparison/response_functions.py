@@ -16,7 +16,7 @@ from shakerproc.comparison.errors import frac
 from shakerproc.comparison.modes import ComparedModes, beside_model
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import DiagnosisError, ShakerprocError
-from shakerproc.modal.from_functions import analyse_functions
+from shakerproc.modal.from_measurements import analyse_functions
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import Coordinates, coordinates_of
 from shakerproc.models.laws import Law

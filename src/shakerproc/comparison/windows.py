@@ -120,7 +120,7 @@ def run_windows(
     windows: Windows,
     motion_sizes: FloatArray,
 ) -> FloatArray:
-    """Return what the sensors record in windows, each from a start fitted to its run-in.
+    """Return signals of the sensors in windows, each from a start fitted to its run-in.
 
     Starts are displacement and velocity of everything that moves; laws with memory run in.
 

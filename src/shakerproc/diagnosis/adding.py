@@ -159,7 +159,7 @@ def add_to_arrays(
     force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Added:
-    """Return the same for samples in memory, whose responses stand in the order of `sensors`.
+    """Return the updated model for samples in memory, responses in the order of `sensors`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What all hypotheses about a campaign share."""
+"""Data and model that all hypotheses about a campaign share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from shakerproc.models import Model
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Campaign:
-    """What all hypotheses share.
+    """Data and model that all hypotheses share.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Campaign:
 
 
 def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
-    """Return what hypotheses share, from a model with its further modes and the tests."""
+    """Return the shared data of hypotheses, from a model with further modes and the tests."""
     data = DataSet(model, tuple(tests))
     motions = {joint: data.across(joint) for joint in joints_of(model)}
     return Campaign(

@@ -1,4 +1,4 @@
-"""What `compare` says of the models of a diagnosis: the errors that a verdict is told with."""
+"""Errors of the models of a diagnosis by `compare`, with which a verdict is given."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

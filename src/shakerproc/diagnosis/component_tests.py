@@ -58,7 +58,7 @@ def linear_fit(data: DataSet, form: Form) -> Fit | None:
 
 
 def _linear_start(data: DataSet) -> Start:
-    """Return what stiffness and damping of every joint a regression of the force tells."""
+    """Return stiffness and damping of every joint by a regression of the force."""
     chosen, joints = _fitted(data), joints_of(data.model)
     motions = [data.across(joint) for joint in joints]
     rows = [

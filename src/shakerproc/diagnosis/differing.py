@@ -1,4 +1,4 @@
-"""What each test has of its own: of the linear model, before any effect."""
+"""Differences between tests: numbers of the linear model of each, before any effect."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -78,7 +78,7 @@ def _fitted(data: DataSet, there: Fit) -> Fit | None:
 def where_tests_differ(
     outcome: Outcome, say: Callable[[str], None], *, explained: bool
 ) -> Outcome | None:
-    """Return what is left of the same hypotheses if each test has something of its own.
+    """Return the error of the hypotheses if each test has numbers of its own.
 
     None where the best of them leaves so much that something larger is missing, does not surely
     predict better then, and take most of what is left, or only if springs change by more than

@@ -1,4 +1,4 @@
-"""What the search found: every hypothesis with its held-out score."""
+"""Result of the search: every hypothesis with its held-out score."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -85,7 +85,7 @@ class Found:
     _free_runs: dict[Score, Score | None] = field(default_factory=dict)
 
     def with_effects(self, scores: Sequence[Score]) -> "Found":
-        """Return the same with these hypotheses, none of whose effects is ruled out."""
+        """Return the result with these hypotheses, none of whose effects is ruled out."""
         tried = {name for score in scores for name in score.fit.hypothesis.names}
         left = tuple(s for s in self.ruled_out if (s.kind, s.between) not in tried)
         return replace(self, effects=tuple(ranked(scores)), ruled_out=left)
@@ -140,7 +140,7 @@ class Found:
         return self._floors[score]
 
     def floor_under(self, score: Score) -> float:
-        """Return the same over all tests; NaN if unknown [-]."""
+        """Return the noise floor over all tests; NaN if unknown [-]."""
         return pooled_floor(self.floors_under(score))
 
     def is_explained_by(self, score: Score) -> bool:
@@ -148,7 +148,7 @@ class Found:
         return is_within(self.left_by(score), self.floor_under(score))
 
     def of_tests_under(self, fit: Fit) -> FloatArray:
-        """Return what each test has of its own by a fit (see `of_tests`), (n, n_tests) [-]."""
+        """Return the numbers of each test alone by a fit (see `of_tests`), (n, n_tests) [-]."""
         settled = with_starts_fitted(self.data, fit, self.form.held_out)
         return as_free(self.data, (settled or fit).of_tests)
 

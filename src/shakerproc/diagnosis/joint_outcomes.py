@@ -1,4 +1,4 @@
-"""What a diagnosis says beside effects: locked joints, a free law, further modes."""
+"""Findings beside effects: locked joints, a free law, further modes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What was found, judged again by another estimate of the noise."""
+"""Hypotheses judged again by another estimate of the noise."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from shakerproc.models import Model
 def judged_again(
     model: Model, before: Found, tests: Sequence[Test], say: Callable[[str], None]
 ) -> Found | None:
-    """Return the same hypotheses, fitted and judged at the horizon by another noise.
+    """Return the hypotheses, fitted and judged at the horizon by another noise.
 
     None where they leave more than noise then: others may be better. Of structures all raced,
     whatever the noise.

@@ -31,7 +31,7 @@ def with_all(
     *,
     known: Known,
 ) -> Found:
-    """Return the same with every effect, where none of those that explain more can be named.
+    """Return the result with every effect, where none that explains more can be named.
 
     And more than noise is left. Those `known` race, too; none where motions are imposed, and
     so held already.

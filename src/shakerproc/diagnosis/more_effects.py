@@ -1,4 +1,4 @@
-"""What one effect of the library leaves: two of them, or a force without a name."""
+"""Residual of one effect of the library: two of them, or a force without a name."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -100,7 +100,7 @@ def hidden_pairs(
 def _with_simpler(
     campaign: Campaign, linear: Fit, pair: Fit, say: Callable[[str], None]
 ) -> list[Fit]:
-    """Return the same pair with laws in place of each member that this one contains.
+    """Return the pair with simpler laws in place of each member that contains one.
 
     At once the richest explain most, and pass for the simpler ones.
     """
@@ -129,7 +129,7 @@ def with_more(
     singles: Sequence[Fit],
     say: Callable[[str], None],
 ) -> tuple[Found, Campaign, Sequence[Form]]:
-    """Return what pairs of effects, and a force without a name, explain beyond singles.
+    """Return pairs of effects, and a force without a name, that explain beyond singles.
 
     In tests and forms as they tell.
 
@@ -161,7 +161,7 @@ def _judged(
     found: Found, campaign: Campaign, forms: Sequence[Form], singles: Sequence[Fit],
     pairs: Sequence[Fit],
 ) -> tuple[Found, Campaign, Sequence[Form]]:  # fmt: skip
-    """Return what was found with pairs at the horizon, in tests and forms as they tell.
+    """Return the result with pairs at the horizon, in tests and forms as they tell.
 
     Pairs that told how the recorder took accelerations are compared so, and all others anew.
     """

@@ -214,7 +214,7 @@ def _as_fitted(
 
 
 def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
-    """Return what hypotheses share, the wanted joint among the others, with its name there."""
+    """Return shared data of hypotheses, the wanted joint among the others under its name."""
     campaign = campaign_of(model, tests)
     joint = wanted.between
     if joint is None or any(set(joint) == set(other) for other in campaign.known):

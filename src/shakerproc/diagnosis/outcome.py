@@ -1,4 +1,4 @@
-"""What is left of hypotheses at the longest horizon at which they can be told apart."""
+"""Remaining hypotheses at the longest horizon at which they can be told apart."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from shakerproc.diagnosis.selection.scores import Score, best_of, leaves_somethi
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """What is left of hypotheses at the longest horizon at which they can be told apart."""
+    """Remaining hypotheses at the longest horizon at which they can be told apart."""
 
     campaign: Campaign
     forms: Sequence[Form]

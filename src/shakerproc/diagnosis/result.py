@@ -1,4 +1,4 @@
-"""What a diagnosis says: typed, and as the JSON document that other programs read."""
+"""Result of a diagnosis: typed, and as the JSON document that other programs read."""
 
 import math
 from collections.abc import Mapping

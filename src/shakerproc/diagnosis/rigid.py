@@ -61,7 +61,7 @@ def _held(data: DataSet, joint: Joint) -> bool:
 
 
 def _simulated(data: DataSet) -> tuple[FloatArray, ...] | None:
-    """Return what the sensors record of the model as it is, in every test."""
+    """Return the signals of the sensors of the model as it is, in every test."""
     try:
         found = predict(data, data.model, every_test(data), None)
     except ModelError:

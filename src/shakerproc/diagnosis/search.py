@@ -85,7 +85,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
 
 
 def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
-    """Return the same for sensors the right way round, corrected where that is better."""
+    """Return the search for sensors the right way round, corrected where that is better."""
     linear = fit_linear(model, tests)
     residuals = residuals_of(linear, tests)
     hums = hum_of(residuals, [test.sample_rate for test in tests])
@@ -102,7 +102,7 @@ def _corrected_or_not(
     tests: Sequence[Test],
     say: Callable[[str], None],
 ) -> Found:
-    """Return what the tests say as recorded or corrected, whichever leaves less."""
+    """Return the tests as recorded or corrected, whichever leaves less."""
     if not is_unusual(linear):
         return _begun(model, linear, tests, say).ended(say)
     begun: list[Begun] = []
@@ -120,7 +120,7 @@ def _corrected_or_not(
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Begun:
-    """What was found with one effect at most, and what it takes to go on.
+    """Findings with one effect at most, and the state from which the search goes on.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class Begun:
         return bool(found.rigid) or (found.is_enough and not wants_more(found))
 
     def ended(self, say: Callable[[str], None]) -> Found:
-        """Return the same with what more effects explain, where that is to be looked for."""
+        """Return the findings with pairs of effects, where these are to be looked for."""
         found, first = self.found, self.outcome
         campaign, alone = first.campaign, bool(found.data.model.structures)
         if not self.is_enough and not needs_none(found) and not alone:
@@ -161,7 +161,7 @@ def _begun(
     tests: Sequence[Test],
     say: Callable[[str], None],
 ) -> Begun:
-    """Return what explains tests on top of a linear model.
+    """Return the explanations of tests on top of a linear model.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def _outcomes(
     one_more: OneMore,
     say: Callable[[str], None],
 ) -> Iterator[Outcome]:
-    """Yield what is found as the circle of effects that are tried widens; all at last."""
+    """Yield findings as the circle of effects that are tried widens; all at last."""
     first = None
     explained = one_more.condition.explained
     for circle in () if explained else widening(starts, campaign.known):
@@ -275,7 +275,7 @@ def told(
     failed: Mapping[str, str],
     starts: Sequence[Start],
 ) -> Found:
-    """Return the same as what was found, with what failed and what was not carried so far."""
+    """Return the findings, with candidates that failed or were not continued so far."""
     return Found(
         data=outcome.campaign.data,
         linear_model=linear_model,

@@ -16,7 +16,7 @@ from shakerproc.models.identification import Identification, Values
 @final
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is to be added.
+    """Effect that is to be added.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ def joints_of(campaign: Campaign, wanted: Wanted) -> list[Joint]:
 
 
 def sought(campaign: Campaign, wanted: Wanted) -> dict[Joint, dict[str, Identification]]:
-    """Return what is looked for in every joint: the effect, and those that it contains."""
+    """Return the effects to look for in every joint: the wanted one, and those it contains."""
     joints = joints_of(campaign, wanted)
     return {
         joint: with_contained(known, wanted.kind) if joint in joints else {}
@@ -54,7 +54,7 @@ def sought(campaign: Campaign, wanted: Wanted) -> dict[Joint, dict[str, Identifi
 
 
 def with_contained(known: Mapping[str, Identification], kind: str) -> dict[str, Identification]:
-    """Return what an effect says of a joint, and what those say that it contains."""
+    """Return the identification of an effect in a joint, and of those that it contains."""
     found: dict[str, Identification] = {}
     waiting = [kind]
     while waiting:

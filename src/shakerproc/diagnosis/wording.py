@@ -205,7 +205,7 @@ def whole_note(was: float, now: float, horizon: float) -> str:
 
 
 def own_note(weights: FloatArray, drift: FloatArray, left: float) -> str:
-    """Return what tests have of their own, for which the errors allow.
+    """Return the numbers of each test alone, for which the errors allow.
 
     Parameters
     ----------

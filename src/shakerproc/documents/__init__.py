@@ -3,8 +3,14 @@
 Every message opens with ``file:line:column:``, says where, what was expected, what was found.
 """
 
-from shakerproc.documents.document import Document, kind_of_file, read_document
-from shakerproc.documents.schema import FromList, Section, misplaced
+from shakerproc.documents.document import (
+    Document,
+    FromList,
+    Section,
+    kind_of_file,
+    misplaced,
+    read_document,
+)
 from shakerproc.documents.tree import DocumentPlace, Key
 
 __all__ = [

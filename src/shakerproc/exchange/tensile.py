@@ -273,7 +273,7 @@ def slope(run: TensileRun, low_share: float = 0.2, high_share: float = 0.8) -> S
     return Slope(float(line.slope), float(line.slope - reach), float(line.slope + reach))
 
 
-def all_alike(specimens: Sequence[JointStiffness], *, last: int = 3) -> bool:
+def indistinguishable(specimens: Sequence[JointStiffness], *, last: int = 3) -> bool:
     """Return whether the specimens cannot be told apart by their stiffness.
 
     Then the test may have measured its grips: steel and plastic differ. One-way

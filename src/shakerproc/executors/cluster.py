@@ -60,7 +60,7 @@ def versions() -> dict[str, str]:
     return found
 
 
-class _Kept(threading.local):
+class _WorkerChild(threading.local):
     """The child process of this thread of the worker, and what it was told to do."""
 
     child: Child | None = None
@@ -68,7 +68,7 @@ class _Kept(threading.local):
     limits: Limits | None = None
 
 
-_KEPT: Final = _Kept()
+_KEPT: Final = _WorkerChild()
 
 
 def attempt(

@@ -113,7 +113,7 @@ def hole_stiffness(
     stiffness = _elastic_form(coupon.material, plane).assemble(basis)
     load, resultant = _edge_load(mesh, LOAD_LAWS[law], half_angle)
     force = load / (2.0 * coupon.thickness * resultant)  # half of 1 N on half of the disc
-    reduced = condense(stiffness, force, D=_held(basis, coupon.outer_radius))
+    reduced = condense(stiffness, force, D=_fixed_dofs(basis, coupon.outer_radius))
     displacement = solve(*reduced, solver=_SOLVER)
     field = np.stack([displacement[_component(basis, 0)], displacement[_component(basis, 1)]])
     largest = float(np.max(np.hypot(*field)))
@@ -136,7 +136,7 @@ def pressed_displacement(coupon: Coupon, pressure: float, *, refinement: int = 2
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=5)
     stiffness = _elastic_form(coupon.material, "strain").assemble(basis)
     load, _ = _edge_load(mesh, LOAD_LAWS["pressure"], np.pi)
-    held = _held(basis, coupon.outer_radius)
+    held = _fixed_dofs(basis, coupon.outer_radius)
     displacement = solve(*condense(stiffness, pressure * load, D=held), solver=_SOLVER)
     return float(np.max(np.abs(displacement)))
 
@@ -267,7 +267,7 @@ def _component(basis: Any, which: int) -> IndexArray:
     return np.asarray(np.sort(names.all([f"u^{which + 1}"])))
 
 
-def _held(basis: Any, outer_radius: float) -> IndexArray:
+def _fixed_dofs(basis: Any, outer_radius: float) -> IndexArray:
     x, y = basis.doflocs
     rim = np.hypot(x, y) > outer_radius * (1.0 - 1e-6)
     second = np.zeros(basis.N, dtype=bool)
@@ -301,9 +301,7 @@ class LoadedHole:
     frequency: float
 
 
-def loaded_holes(
-    coupon: Coupon, axis: Axis = "length", *, refinement: int = 1
-) -> tuple[LoadedHole, ...]:
+def loaded_holes(coupon: Coupon, axis: Axis = "length") -> tuple[LoadedHole, ...]:
     """Return the stiffness for every load law, two half-angles, faces held and free.
 
     Parameters
@@ -312,12 +310,10 @@ def loaded_holes(
         Material and dimensions.
     axis : {"length", "width"}
         Direction of the load in a slot.
-    refinement : int
-        As in `hole_stiffness`; the coarsest is good to a thousandth.
     """
     assumptions = [(law, angle, plane) for plane in _PLANES for law, angle in _LOADS]
     return tuple(
-        loaded_hole(coupon, axis, law, angle, plane, refinement=refinement)
+        loaded_hole(coupon, axis, law, angle, plane, refinement=1)  # good to a thousandth
         for law, angle, plane in assumptions
     )
 

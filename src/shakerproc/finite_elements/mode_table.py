@@ -4,11 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, final
 
-from shakerproc.finite_elements.annular_solid import solid_frequencies
+from shakerproc.finite_elements.annular_meshes import shell_modes, solid_frequencies
+from shakerproc.finite_elements.annular_plate import mindlin_modes, plate_frequency, plate_roots
 from shakerproc.finite_elements.coupon import Coupon
-from shakerproc.finite_elements.kirchhoff_plate import plate_frequency, plate_roots
-from shakerproc.finite_elements.mindlin_plate import mindlin_modes
-from shakerproc.finite_elements.shell_mesh import shell_modes
 
 MODELS: Final = ("Kirchhoff", "Mindlin", "shell mesh", "solid, all nodes", "solid, faces")
 """Thin plate, plate with shear, 1600 shells; solids held through the thickness or on faces."""

@@ -67,7 +67,7 @@ from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test
 from shakerproc.planning.rehearsal import check_drive
 from shakerproc.testlog import Test, TestLog
-from shakerproc.testlog.limits import Limit
+from shakerproc.testlog.header import Limit
 
 OUTSIDE: Final = 0.01
 """Share of its ends by which the band of a planned test may lie outside that of the tests that

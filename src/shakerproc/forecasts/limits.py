@@ -12,7 +12,7 @@ from shakerproc.forecasts.motion import What
 from shakerproc.forecasts.quantities import Quantity
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.testlog.limits import Limit
+from shakerproc.testlog.header import Limit
 
 ALLOWED: Final = 0.05
 """Probability up to which a limit may be exceeded: 95 % is the usual confidence [-]."""

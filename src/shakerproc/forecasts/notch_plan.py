@@ -31,7 +31,7 @@ from shakerproc.forecasts.notches import (
 )
 from shakerproc.forecasts.quantities import Quantity, UncertainQuantity
 from shakerproc.testlog import Test, TestLog
-from shakerproc.testlog.limits import Limit
+from shakerproc.testlog.header import Limit
 
 EDGE_DB_PER_OCTAVE: Final = 24.0
 """Steepest edge of a notch unless another one is asked for: four poles of a filter [dB/oct]."""

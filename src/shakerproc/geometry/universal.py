@@ -129,7 +129,9 @@ def wireframe_of(
         "surfaces": [e for e in flat if len(e) > 2],
     }
     problems = {(k, e): problem_of(nodes, k, e) for k, each in kinds.items() for e in each}
-    left_out = [f"{k[:-1]} {_told(e)}: {said}" for (k, e), said in problems.items() if said]
+    left_out = [
+        f"{k[:-1]} {_nodes_text(e)}: {said}" for (k, e), said in problems.items() if said
+    ]
     lines, surfaces = (
         tuple(e for e in each if not problems[k, e]) for k, each in kinds.items()
     )
@@ -140,7 +142,7 @@ def wireframe_of(
     return Wireframe(nodes, lines, surfaces, axes, tuple(notes)), left_out
 
 
-def _told(nodes: Sequence[int]) -> str:
+def _nodes_text(nodes: Sequence[int]) -> str:
     """Return the nodes of a line as a word."""
     return "-".join(map(str, nodes[:4])) + "-..." * (len(nodes) > 4)
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.modal.identification import orders_of
-from shakerproc.modal.mode_set import NORMAL_95, ModeSet, Settings
-from shakerproc.modal.polynomials import OrderPoles, unit_shapes
+from shakerproc.modal.modal_model import NORMAL_95, ModeSet, Settings
 from shakerproc.modal.shapes import (
     normalised,
     phase_collinearity,
@@ -20,6 +19,7 @@ from shakerproc.modal.shapes import (
 )
 from shakerproc.modal.stabilisation import (
     Diagram,
+    OrderPoles,
     Tolerances,
     are_requested,
     candidates,
@@ -27,6 +27,7 @@ from shakerproc.modal.stabilisation import (
     diagram_of,
     frequency_of,
     requested_poles,
+    unit_shapes,
 )
 from shakerproc.numerals import numeral
 

@@ -21,16 +21,13 @@ import scipy  # its parts load when they are first used
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.modal.analysis import Functions
-from shakerproc.modal.identification import identify_records
+from shakerproc.modal.identification import BLOWS, identify_records, with_scatter
 from shakerproc.modal.lines import lines_of_samples
-from shakerproc.modal.modal_model import response_functions
-from shakerproc.modal.mode_set import ModeSet, Settings
-from shakerproc.modal.scatter import BLOWS, with_scatter
+from shakerproc.modal.modal_model import ModeSet, Settings, response_functions
 from shakerproc.numerals import numeral
 from shakerproc.runs import averaged_blows
 from shakerproc.spectra import Crop, CrossSpectra
-from shakerproc.spectra.blows import Blow, Setup, windowed
-from shakerproc.spectra.strikes import LOUD
+from shakerproc.spectra.blows import LOUD, Blow, Setup, windowed
 from shakerproc.testlog import Test
 
 Record = tuple[FloatArray, FloatArray]

@@ -64,7 +64,7 @@ AS_THEY_ARE: Final = NewNumbers()
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Wanted:
+class _NewContent:
     """Wanted content of a changed file; see `add_element`."""
 
     numbers: NewNumbers
@@ -108,7 +108,7 @@ def add_element(
     DocumentError
         If the file is not a model, or is laid out so that it cannot be changed in place.
     """
-    _edit(path, out, _Wanted(numbers, tuple(modes), element, provenance, title))
+    _edit(path, out, _NewContent(numbers, tuple(modes), element, provenance, title))
 
 
 def change_parameters(path: Path, changes: Changes, out: Path) -> None:
@@ -128,10 +128,10 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
     DocumentError
         If the file is not a model, or does not hold the parameter in so many words.
     """
-    _edit(path, out, _Wanted(NewNumbers(changes)))
+    _edit(path, out, _NewContent(NewNumbers(changes)))
 
 
-def _edit(path: Path, out: Path, wanted: "_Wanted") -> None:
+def _edit(path: Path, out: Path, wanted: "_NewContent") -> None:
     """Write the changed text, once it has been read back and checked."""
     before, new = read_model_file(path), wanted.numbers
     motion = before.model.motion
@@ -163,7 +163,7 @@ def _joined(text: str, lines: Sequence[str]) -> str:
     return "".join(line + _line_end(text) for line in lines)
 
 
-def _check_written(before: ModelFile, path: Path, wanted: _Wanted) -> None:
+def _check_written(before: ModelFile, path: Path, wanted: _NewContent) -> None:
     """Check that a changed file reads back as intended.
 
     Raises
@@ -321,7 +321,7 @@ def _after_line(text: str, position: int) -> tuple[int, str]:
 
 
 def _record(
-    file: ModelFile, text: str, root: Any, wanted: _Wanted, end: list[str]
+    file: ModelFile, text: str, root: Any, wanted: _NewContent, end: list[str]
 ) -> list[_Edit]:
     """Return the edit that appends the provenance of an element; the first one ends the file.
 

@@ -1,12 +1,26 @@
-"""Schema of a model file, before the kinds of its effects are looked at."""
+"""Schema of a model file, and its structures: written in it, or in files of their own."""
 
-from typing import Annotated, Any, Literal
+import re
+from collections.abc import Container, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
 
+import numpy as np
 from pydantic import Field
 
-from shakerproc.documents import FromList, Section
-from shakerproc.models.model import Measures
-from shakerproc.units import in_unit
+from shakerproc.data import FloatArray
+from shakerproc.documents import Document, FromList, Section, read_document
+from shakerproc.exchange.mode_files import READERS, ModeTable, read_mode_file
+from shakerproc.geometry import Place
+from shakerproc.models.model import BASE, Excitation, Measures
+from shakerproc.models.structure import (
+    Structure,
+    StructureMode,
+    base_participations,
+    check_mass,
+    seen_rigid_modes,
+)
+from shakerproc.units import in_unit, quoted, to_si
 
 _Metre = Annotated[float, in_unit("m")]
 
@@ -93,3 +107,310 @@ class ModelSchema(Section):
     modes: Annotated[tuple[ModeSection, ...], FromList] = ()
     sensors: dict[str, SensorSection] = Field(default_factory=dict)
     provenance: Annotated[tuple[ProvenanceSection, ...], FromList] = ()
+
+
+YAML: Final = (".yaml", ".yml")
+
+Where = Sequence[str | int]
+
+_ROOT_OF_MASS: Final = re.compile(r"(.*?)\s*sqrt\((\w+)\)\s*")
+
+
+def read_structures(document: Document[ModelSchema]) -> dict[str, Structure]:
+    """Return the structures of a model, by name.
+
+    Raises
+    ------
+    DocumentError
+        If one is no structure, or two places have one name; with line and column.
+    """
+    found: dict[str, Structure] = {}
+    owner = dict.fromkeys(document.value.masses, "a mass") | {BASE: "the shaker table"}
+    for name, said in document.value.structures.items():
+        where = ("structures", name)
+        if isinstance(said, str):
+            one = _of_file(document, where, said)
+        else:
+            one = _structure(document, where, said)
+        for point in one.points:
+            if point in owner:
+                raise document.error(
+                    where,
+                    f"point {quoted(point)} is the name of {owner[point]} already; names of "
+                    f"places are unique in a model",
+                )
+        owner |= dict.fromkeys(one.points, f"a point of {name}")
+        found[name] = one
+    return found
+
+
+def check_driven(
+    document: Document[ModelSchema], structures: Mapping[str, Structure], excitation: Excitation
+) -> None:
+    """Pass structures on which the base can act, where it moves.
+
+    Raises
+    ------
+    DocumentError
+        If one has neither rigid-body modes that move as the base does nor participations.
+    """
+    for name, one in structures.items():
+        if excitation.moves_base:
+            try:
+                one.participations  # noqa: B018
+            except ValueError as error:
+                raise document.error(("structures", name), str(error)) from error
+
+
+def _of_file(document: Document[ModelSchema], where: Where, name: str) -> Structure:
+    path = _path_below(document, where, name, (*YAML, *READERS))
+    if path.suffix.lower() in YAML:
+        return read_structure(path)
+    return _structure(document, where, StructureSchema(modes_from=name))
+
+
+def _path_below(
+    document: Document[Any], where: Where, name: str, endings: Sequence[str]
+) -> Path:
+    """Return the path of a file that a document names, below its own folder or beside it.
+
+    Raises
+    ------
+    DocumentError
+        If there is none, or it ends otherwise.
+    """
+    path = document.path.parent / name
+    if path.suffix.lower() not in endings:
+        raise document.error(
+            where, f"no reader for {quoted(name)}; modes are in files {', '.join(endings)}"
+        )
+    if not path.is_file():
+        raise document.error(where, f"no file {quoted(name)} beside {document.path.name}")
+    return path
+
+
+def read_structure(path: Path) -> Structure:
+    """Return the structure that a YAML file describes.
+
+    Raises
+    ------
+    DocumentError
+        If it is none, with line and column.
+    """
+    document = read_document(path, StructureSchema)
+    return _structure(document, (), document.value)
+
+
+def _structure(document: Document[Any], where: Where, said: StructureSchema) -> Structure:
+    """Return the structure that stands at a place of a file.
+
+    Raises
+    ------
+    DocumentError
+        If its shapes do not fit its points, a mode moves none, or a name stands twice.
+    """
+    root = _root_of_unit(document, where, said.mass_unit)
+    shares: FloatArray | None = None
+    if said.modes_from is None:
+        points, positions = said.points, dict(said.positions)
+        _check_points(document, where, points)
+        if not said.modes:
+            raise document.error((*where, "modes"), "expected modes; a structure moves in them")
+        modes = tuple(_mode(document, where, said, i, root) for i in range(len(said.modes)))
+    else:
+        points, modes, positions, shares = _modes_of_file(document, where, said, root)
+        _check_points(document, where, points)
+    if said.direction is not None and not any(
+        point.endswith(f"/{said.direction}") for point in points
+    ):
+        raise document.error(
+            (*where, "direction"),
+            f"no point ends in /{said.direction}; it is the direction in which the base "
+            f"moves, such as z of foot 1/z",
+        )
+    _check_named(document, (*where, "residual"), said.residual, {*points})
+    undirected = {point.rpartition("/")[0] for point in points}
+    _check_named(document, (*where, "positions"), said.positions, {*points, *undirected})
+    try:
+        structure = Structure(points, modes, said.direction, said.residual, positions)
+    except ValueError as error:
+        raise document.error((*where, "residual"), str(error)) from error
+    if said.mass is not None:
+        try:
+            shares = structure.participations if shares is None else shares
+            check_mass(shares, said.mass, fixed=structure.of_fixed_base)
+        except ValueError as error:
+            raise document.error((*where, "mass"), str(error)) from error
+    return structure
+
+
+def _check_named(
+    document: Document[Any], where: Where, said: Iterable[str], points: Container[str]
+) -> None:
+    """Pass a mapping whose keys are points.
+
+    Raises
+    ------
+    DocumentError
+        If one is none.
+    """
+    for point in said:
+        if point not in points:
+            raise document.error((*where, point), f"no point {quoted(point)}", at_key=True)
+
+
+def _check_points(document: Document[Any], where: Where, points: Sequence[str]) -> None:
+    if not points:
+        raise document.error((*where, "points"), "expected points, such as [foot 1, tip]")
+    known: set[str] = set()
+    for i, point in enumerate(points):
+        if point in known:
+            raise document.error(
+                (*where, "points", i), f"point {quoted(point)} stands twice; rename one"
+            )
+        known.add(point)
+
+
+def _modes_of_file(
+    document: Document[Any], where: Where, said: StructureSchema, root: float
+) -> tuple[tuple[str, ...], tuple[StructureMode, ...], dict[str, Place], FloatArray | None]:
+    """Return points, modes and positions of a structure whose modes stand in another file.
+
+    The last are the participations of all modes of the file [sqrt(kg)], as far as it tells
+    them; those that move no point are no modes of the structure.
+
+    Raises
+    ------
+    DocumentError
+        If the file has no such place or no damping, or modes are given twice.
+    """
+    if said.modes:
+        raise document.error((*where, "modes"), "expected modes or modes_from, got both")
+    named, here = str(said.modes_from), (*where, "modes_from")
+    table = read_mode_file(_path_below(document, here, named, tuple(READERS)))
+    points = said.points or tuple(said.nodes) or table.places
+    rows, places, positions = [], [], dict(said.positions)
+    known = _in_metres(document, where, said, table)
+    row_of = {place: row for row, place in enumerate(table.places)}
+    for point in points:
+        place = "/".join(said.nodes.get(point, point).split(maxsplit=1))
+        place = point if point in row_of and point not in said.nodes else place
+        if place not in row_of:
+            key = "nodes" if point in said.nodes else "points"
+            some = ", ".join(table.places[:6]) + (" ..." if len(table.places) > 6 else "")
+            raise document.error(
+                (*where, key), f"{named} has no place {quoted(place)}; it has {some}"
+            )
+        places.append(place)
+        rows.append(table.shapes[row_of[place]])
+        if place in known and point.rpartition("/")[0] not in said.positions:
+            positions.setdefault(point, known[place])
+    damping = table.damping_ratios
+    if said.damping_ratio is not None:
+        damping = np.full(table.frequencies.size, said.damping_ratio)
+    if damping is None:
+        raise document.error(
+            here, f"{named} holds no damping; state damping_ratio: 0.01, say, of all modes"
+        )
+    turn = seen_rigid_modes(np.array(rows), table.frequencies == 0.0)
+    shapes = (np.array(rows) @ turn).T / root
+    moving = [i for i, shape in enumerate(shapes) if np.any(shape)]
+    shares = _participations_of(table, _axis_of(said, places))
+    shares = None if shares is None else shares * root
+    turned = None if shares is None else shares @ turn
+    found = tuple(
+        StructureMode(
+            float(table.frequencies[i]),
+            float(damping[i]) if table.frequencies[i] else 0.0,
+            tuple(shapes[i]),
+            None if turned is None else float(turned[i]),
+        )
+        for i in moving
+    )
+    return points, found, positions, shares
+
+
+def _axis_of(said: StructureSchema, places: Sequence[str]) -> str:
+    """Return the direction in which the base moves; empty where it is not one of the file."""
+    axes = {said.direction} if said.direction else {p.rpartition("/")[2] for p in places}
+    return axes.pop() or "" if len(axes) == 1 else ""
+
+
+def _participations_of(table: ModeTable, axis: str) -> FloatArray | None:
+    """Return the participations along a direction of the base; None where its points say.
+
+    As the file states them; else by all of its places, of which the points of a model are few:
+    two tell no motion without a tilt from one with it.
+    """
+    stated = table.participations.get(axis, table.participations.get(""))
+    wanted = np.array([float(place.endswith(f"/{axis}")) for place in table.places])
+    if stated is not None or not axis or not wanted.any():
+        return stated
+    return base_participations(table.shapes, table.frequencies == 0.0, wanted)
+
+
+def _in_metres(
+    document: Document[Any], where: Where, said: StructureSchema, table: ModeTable
+) -> Mapping[str, Place]:
+    """Return where the places of a file are [m]; nothing where nobody says its unit.
+
+    Raises
+    ------
+    DocumentError
+        If a unit is stated that is none of a length, or that the file states itself.
+    """
+    if said.length_unit is None:
+        return table.positions if table.states_length else {}
+    here = (*where, "length_unit")
+    if table.states_length:
+        raise document.error(here, f"{said.modes_from} states units itself; leave it out")
+    try:
+        unit = to_si(f"1 {said.length_unit}", "m")
+    except ValueError as error:
+        raise document.error(here, str(error)) from error
+    return {
+        place: (unit * x, unit * y, unit * z) for place, (x, y, z) in table.positions.items()
+    }
+
+
+def _root_of_unit(document: Document[Any], where: Where, unit: str) -> float:
+    """Return the root of the unit of mass for which shapes are normalised [sqrt(kg)]."""
+    try:
+        return float(to_si(f"1 {unit}", "kg") ** 0.5)
+    except ValueError as error:
+        raise document.error((*where, "mass_unit"), str(error)) from error
+
+
+def _mode(
+    document: Document[Any], where: Where, said: StructureSchema, i: int, root: float
+) -> StructureMode:
+    mode, here = said.modes[i], (*where, "modes", i)
+    if len(mode.shape) != len(said.points):
+        raise document.error(
+            (*here, "shape"),
+            f"expected {len(said.points)} values, one for each point, got {len(mode.shape)}",
+        )
+    if not any(mode.shape):
+        raise document.error(
+            (*here, "shape"), "a mode that moves none of the points; leave the mode out"
+        )
+    participation = None
+    if mode.participation is not None:
+        participation = _participation(document, (*here, "participation"), mode.participation)
+    shape = tuple(value / root for value in mode.shape)
+    try:
+        return StructureMode(mode.frequency, mode.damping_ratio, shape, participation)
+    except ValueError as error:
+        raise document.error(here, str(error)) from error
+
+
+def _participation(document: Document[Any], where: Where, written: object) -> float:
+    """Return a participation, such as ``1.9 sqrt(kg)`` [sqrt(kg)]."""
+    wanted = f"expected such as 1.9 sqrt(kg), got {quoted(written)}"
+    found = _ROOT_OF_MASS.fullmatch(written) if isinstance(written, str) else None
+    if found is None:
+        raise document.error(where, wanted)
+    try:
+        return to_si(found[1], "1") * float(to_si(f"1 {found[2]}", "kg") ** 0.5)
+    except ValueError as error:
+        raise document.error(where, wanted) from error

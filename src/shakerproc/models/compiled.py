@@ -28,7 +28,9 @@ def _sources(path: Path) -> frozenset[Path]:
     """Return a kernel file and all kernel files that it imports, however far down."""
     found = {path}
     for room, module in _KERNEL.findall(path.read_text(encoding="utf-8")):
-        found |= _sources(_PACKAGE / room / "kernels" / f"{module}.py")
+        folder = _PACKAGE / room / "kernels"
+        alone = folder.with_suffix(".py")  # kernels of a room that has few
+        found |= _sources(alone if alone.exists() else folder / f"{module}.py")
     return frozenset(found)
 
 

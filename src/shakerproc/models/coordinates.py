@@ -78,7 +78,7 @@ def coordinates_of(model: "Model", elements: "Iterable[Element] | None" = None) 
     modal = [
         (f"{name}, mode {i + 1}", one, i)
         for name, one in model.structures.items()
-        for i in range(len(one.carried))
+        for i in range(len(one.with_residuals))
     ]
     names = [
         *rigid,
@@ -100,10 +100,10 @@ def coordinates_of(model: "Model", elements: "Iterable[Element] | None" = None) 
         for matrix, value in zip(matrices, values, strict=True):
             matrix[:] += value * np.outer(direction, direction)
     for i, (_, one, k) in enumerate(modal, shaped.start):
-        omega = 2.0 * np.pi * one.carried[k].frequency
+        omega = 2.0 * np.pi * one.with_residuals[k].frequency
         matrices[:, i, i] += (
             omega**2 * mass[i],
-            2.0 * one.carried[k].damping_ratio * omega * mass[i],
+            2.0 * one.with_residuals[k].damping_ratio * omega * mass[i],
         )
     load = np.zeros(len(names))
     if model.excitation.moves_base:
@@ -125,7 +125,7 @@ def _places(
     }
     first, used = shaped.start, 0
     for one in model.structures.values():
-        count = len(one.carried)
+        count = len(one.with_residuals)
         rows = np.zeros((len(one.points), len(names)))
         rows[:, first + used : first + used + count] = one.shapes / sizes[used : used + count]
         places |= dict(zip(one.points, rows, strict=True))
@@ -170,7 +170,7 @@ def parallel_stiffness(model: "Model", element: "Element") -> float | None:
     springs = [effect.stiffness for effect in others if isinstance(effect, Spring)]
     if springs:
         return sum(springs)
-    return max(filter(None, map(_own_stiffness, others)), default=None)
+    return max(filter(None, map(_stiffness_of, others)), default=None)
 
 
 def reduced_mass(model: "Model", element: "Element") -> float:
@@ -227,7 +227,7 @@ def _complete(effect: AbstractEffect) -> bool:
     return True
 
 
-def _own_stiffness(effect: AbstractEffect) -> float | None:
+def _stiffness_of(effect: AbstractEffect) -> float | None:
     names = {field.name for field in fields(effect)}  # type: ignore[arg-type]
     if isinstance(effect, DependsOnSurroundings) or "stiffness" not in names:
         return None

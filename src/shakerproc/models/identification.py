@@ -183,10 +183,10 @@ class Identification:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "free", MappingProxyType(dict(self.free)))
-        starts = tuple(MappingProxyType(self.kept(start)) for start in self.starts)
+        starts = tuple(MappingProxyType(self.within_bounds(start)) for start in self.starts)
         object.__setattr__(self, "starts", starts)
 
-    def kept(self, values: Values) -> dict[str, float | str]:
+    def within_bounds(self, values: Values) -> dict[str, float | str]:
         """Return values with every coordinate taken into its bounds."""
         return {
             name: self.free[name].from_fitted(self.free[name].to_fitted(float(value)))
@@ -252,7 +252,7 @@ def contact(at: JointScales) -> Free:
     return positive(at.steepness)
 
 
-def held(at: JointScales) -> Free:
+def sticking_stiffness(at: JointScales) -> Free:
     """Return the stiffness of a contact that sticks, as a coordinate: none beyond rigid."""
     size = min(at.steepness, at.rigid)
     return Free(1e-4 * size, min(at.rigid, 1e4 * size), "logarithm", size)

@@ -15,9 +15,9 @@ from shakerproc.data import FloatArray
 class Law(IntEnum):
     """Number of a force law in the tables that the kernels walk.
 
-    `simulate.kernels.series` holds the compiled laws, `simulate.kernels.modes` their branches;
-    no other place has a formula. An effect made of laws that stand here needs no other file
-    than its own.
+    `simulation.kernels.series` holds the compiled laws, `simulation.kernels.modes` their
+    branches; no other place has a formula. An effect made of laws that stand here needs no
+    other file than its own.
     """
 
     LINEAR = 0  # stiffness k, damping c: goes into the matrices, never into the table

@@ -263,7 +263,9 @@ class Model:
     @property
     def n_coordinates(self) -> int:
         """Number of masses and of modes of structures."""
-        return len(self.masses) + sum(len(one.carried) for one in self.structures.values())
+        return len(self.masses) + sum(
+            len(one.with_residuals) for one in self.structures.values()
+        )
 
     @property
     def points(self) -> tuple[str, ...]:

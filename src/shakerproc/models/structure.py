@@ -213,7 +213,7 @@ class Structure:
         return AXES.get(axis or "")
 
     @cached_property
-    def carried(self) -> tuple[StructureMode, ...]:
+    def with_residuals(self) -> tuple[StructureMode, ...]:
         r"""The modes, and one for each residual flexibility, far above them.
 
         .. math:: \phi_p = \omega \sqrt{R_p}, \qquad
@@ -241,7 +241,7 @@ class Structure:
     @cached_property
     def shapes(self) -> FloatArray:
         """Mass-normalised shapes of what is carried, (n_points, n) array [1/sqrt(kg)]."""
-        return np.array([mode.shape for mode in self.carried], float).T
+        return np.array([mode.shape for mode in self.with_residuals], float).T
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -250,7 +250,7 @@ class Structure:
         So many times the largest displacement of a point as there are modes: a length, as the
         coordinates of masses are, and no point moves further than the largest of them.
         """
-        found: FloatArray = np.max(np.abs(self.shapes), axis=0) * len(self.carried)
+        found: FloatArray = np.max(np.abs(self.shapes), axis=0) * len(self.with_residuals)
         return found
 
     @property
@@ -278,10 +278,10 @@ class Structure:
         ValueError
             If no participation is stated, and the rigid-body modes do not move as the base.
         """
-        stated = [mode.participation for mode in self.carried]
+        stated = [mode.participation for mode in self.with_residuals]
         if any(value is not None for value in stated):
             return np.array([value or 0.0 for value in stated])
-        rigid = np.array([mode.rigid for mode in self.carried])
+        rigid = np.array([mode.rigid for mode in self.with_residuals])
         if not rigid.any():
             raise ValueError(
                 "no rigid-body mode (0 Hz) and no participation, so that nothing says how a "

@@ -123,7 +123,7 @@ class SplineTable:
         return total
 
     def row(self) -> Row:
-        """Return it as a line of the kernels' table (see `simulate.kernels.tabulated`)."""
+        """Return it as a line of the kernels' table (see `simulation.kernels.polynomials`)."""
         axis = 1 if self.velocity.surfaces else 0
         cut = (self.displacement, self.velocity)[axis]
         n_z, n_v = self.coefficients.shape[:2]

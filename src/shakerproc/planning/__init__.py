@@ -25,6 +25,7 @@ from shakerproc.planning.plan import (
     bands_text,
     plan_columns,
     plan_documents,
+    suggested_tests,
 )
 from shakerproc.planning.planned import displacement_of_test, plan_campaign, plan_test
 from shakerproc.planning.reach import (
@@ -50,7 +51,6 @@ from shakerproc.planning.shaker import (
     TableMotion,
     input_of_test,
 )
-from shakerproc.planning.suggested import suggested_tests
 from shakerproc.spectra.tones.passing import fastest_rate, swept_peak
 
 __all__ = [

@@ -10,17 +10,15 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import LogError, SpectrumError
 from shakerproc.planning.acquisition import duration_of_test
 from shakerproc.simulation.excitations import (
-    harmonic,
-    linear_sweep,
-    logarithmic_sweep,
-    stepped_sine,
-)
-from shakerproc.simulation.noise import (
     NoiseProfile,
     faded,
     flat_profile,
+    harmonic,
+    linear_sweep,
+    logarithmic_sweep,
     multisine,
     random_noise,
+    stepped_sine,
 )
 from shakerproc.simulation.pieces import Signal
 from shakerproc.spectra.multisines import samples_of_period

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
-from shakerproc.finite_elements.thermal import ThermalFit, clearances_at
+from shakerproc.finite_elements.coupon import ThermalFit, clearances_at
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
 from shakerproc.models.coordinates import coordinates_of, resolved
 from shakerproc.models.laws import Law

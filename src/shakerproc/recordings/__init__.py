@@ -16,9 +16,8 @@ from shakerproc.recordings.health import (
     within,
 )
 from shakerproc.recordings.health.base import FAULTS, Flag
-from shakerproc.recordings.opening import contents, open_recording
+from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.raw import Sampling
-from shakerproc.recordings.readers import READERS
 from shakerproc.recordings.si import UNKNOWN
 from shakerproc.recordings.source_files import WatchedFile, fetch, is_url, read_hashed, sha256
 

@@ -158,7 +158,7 @@ def file_of_arrays(
             )
         )
     }
-    within = {name: axis for name, array in long.items() if (axis := _own_axis(name, array))}
+    within = {name: axis for name, array in long.items() if (axis := _time_axis(name, array))}
     length = _length(
         {n: a for n, a in long.items() if n not in axes}, axes | within, run, left_out
     )
@@ -307,7 +307,7 @@ def _size(axis: TimeAxis) -> int:
     return axis.times.size if axis.times is not None else 0
 
 
-def _own_axis(name: str, array: ArrayLike) -> TimeAxis | None:
+def _time_axis(name: str, array: ArrayLike) -> TimeAxis | None:
     """Return the time vector [s] that is the first of a few lines, or None where it is none.
 
     Nothing that is measured advances evenly to the last digit; but longer steps may be counts,

@@ -158,7 +158,7 @@ def choose_measurement(
 
 def _several(group: RawGroup, count: int, run: str) -> str:
     told = "; ".join(
-        f"{number} ({told_measurement(part)})"
+        f"{number} ({measurement_text(part)})"
         for number, part in enumerate(group.measurements[:4], 1)
     )
     more = f"; and {count - 4} more" if count > 4 else ""
@@ -169,7 +169,7 @@ def _several(group: RawGroup, count: int, run: str) -> str:
     )
 
 
-def told_measurement(part: RawGroup) -> str:
+def measurement_text(part: RawGroup) -> str:
     """Return when a measurement was taken, how long it is, its rate and units."""
     channels = [channel for channel in part.channels if channel.n_samples]
     if not channels:
@@ -231,7 +231,7 @@ def choose_channels(
     if uses is None:
         chosen: tuple[Chosen, ...] = tuple((c, None) for c in with_numbers(group))
     else:
-        without = left_out(group, uses)
+        without = missing_channels(group, uses)
         used = (u for u in uses if u.role != "ignore" and u not in without)
         chosen = tuple((_find(group, u.key, run), u) for u in used)
     if not chosen:
@@ -242,7 +242,7 @@ def choose_channels(
     return chosen
 
 
-def left_out(group: RawGroup, uses: Sequence[ChannelUse]) -> tuple[ChannelUse, ...]:
+def missing_channels(group: RawGroup, uses: Sequence[ChannelUse]) -> tuple[ChannelUse, ...]:
     """Return the channels of every test in the log that this recording lacks.
 
     A name that nearly is that of a channel is a slip of the pen and no such channel, and a

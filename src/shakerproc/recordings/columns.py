@@ -111,7 +111,7 @@ def headings(headers: Sequence[str], unit_row: Sequence[str] = ()) -> tuple[Head
     [('acc_N', ''), ('acc_E', ''), ('X (40g)', '')]
     """
     of_row = list(unit_row) or [""] * len(headers)
-    beside = _Beside.of(headers)
+    beside = _HeaderEndings.of(headers)
     return tuple(
         Heading(header.strip(), unit.strip(), header)
         if unit.strip()
@@ -122,7 +122,7 @@ def headings(headers: Sequence[str], unit_row: Sequence[str] = ()) -> tuple[Head
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Beside:
+class _HeaderEndings:
     """How the headers of a file end.
 
     Attributes
@@ -140,7 +140,7 @@ class _Beside:
     directions: bool
 
     @classmethod
-    def of(cls, headers: Sequence[str]) -> "_Beside":
+    def of(cls, headers: Sequence[str]) -> "_HeaderEndings":
         """Return how headers end."""
         ends = [match for h in headers if (match := _LETTER.fullmatch(h.strip()))]
         said = frozenset(split_header(header)[1] for header in headers)
@@ -154,7 +154,7 @@ class _Beside:
         )
 
 
-def _heading(header: str, beside: _Beside) -> Heading:
+def _heading(header: str, beside: _HeaderEndings) -> Heading:
     """Return the heading of a column, read beside the other headers."""
     name, unit = split_header(header)
     bracket = header.rstrip().endswith((")", "]"))
@@ -164,7 +164,7 @@ def _heading(header: str, beside: _Beside) -> Heading:
     return Heading(name, unit, header)
 
 
-def _in_brackets(name: str, unit: str, beside: _Beside) -> str:
+def _in_brackets(name: str, unit: str, beside: _HeaderEndings) -> str:
     """Return why what stands in brackets is no unit for sure; empty where it is one."""
     known, named = parse_unit(unit), quantity_named(name)
     if unit != "1" and _RANGE.fullmatch(unit):  # that is how a bare number is written
@@ -184,7 +184,7 @@ def _in_brackets(name: str, unit: str, beside: _Beside) -> str:
     return _either(unit, "in its header") if beside.directions or contrary else ""
 
 
-def _at_end(name: str, unit: str, beside: _Beside) -> str:
+def _at_end(name: str, unit: str, beside: _HeaderEndings) -> str:
     """Return why a letter that ends a name is no unit for sure; empty where it is one.
 
     Letters are units where every header ends in one, of at least two.

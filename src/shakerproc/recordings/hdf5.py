@@ -94,7 +94,7 @@ def read_hdf5(path: Path, run: str) -> RawFile:
         )
     check_survived(path, run, "shakerproc.recordings.hdf5:try_hdf5")
     with _opened(path, run) as file, foreign(run, "reading the data sets"):
-        return _joined(_found(file, run), run, file)
+        return _joined(_groups_with_series(file, run), run, file)
 
 
 def try_hdf5(path: Path) -> None:
@@ -106,7 +106,7 @@ def try_hdf5(path: Path) -> None:
         signal.setitimer(signal.ITIMER_PROF, _LONGEST_S)
     try:
         with _opened(path, path.name) as file:
-            _found(file, path.name)
+            _groups_with_series(file, path.name)
             file.close()
     finally:
         if hasattr(signal, "setitimer"):
@@ -127,7 +127,7 @@ def _opened(path: Path, run: str) -> Iterator[Any]:
         raise
 
 
-def _found(file: Any, run: str) -> list[_Hdf5Group]:
+def _groups_with_series(file: Any, run: str) -> list[_Hdf5Group]:
     return _of_rattlesnake(file, run) or list(_groups(file, run))
 
 

@@ -192,7 +192,7 @@ def _restarts(head: Head, values: FloatArray) -> list[int]:
     There the times go back, or jump at the end of a write of as many samples as the header
     counts.
     """
-    if not head.many_writes or not head.times or head.own_times:
+    if not head.many_writes or not head.times or head.time_per_channel:
         return []
     times = values[head.times[0]]
     steps, size = np.diff(times), head.samples(head.rows[0])
@@ -287,8 +287,8 @@ def _channels(
     known: dict[object, tuple[TimeAxis, ...]] = {}
 
     def axes(row: int) -> tuple[TimeAxis, ...]:
-        own = [row] if head.own_times else head.rows
-        beside = [time for time in columns if time == row - 1 or not head.own_times]
+        own = [row] if head.time_per_channel else head.rows
+        beside = [time for time in columns if time == row - 1 or not head.time_per_channel]
         start, digit = head.starts(row)
         key = (start, digit, *own, *beside)
         if key not in known:

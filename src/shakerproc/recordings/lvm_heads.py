@@ -90,7 +90,7 @@ class Head:
         return max(-(-there // size), 1) if size and (self.many_writes or silent) else 1
 
     @property
-    def own_times(self) -> bool:
+    def time_per_channel(self) -> bool:
         """Whether every channel has a column of times before it."""
         return self.file.get("X_Columns", "").casefold() == "multi"
 

@@ -1,15 +1,25 @@
-"""Read .mat: versions 4 to 7 into memory, version 7.3 (HDF5) through h5py, lazily."""
+"""Read .mat: versions 4 to 7 into memory, version 7.3 (HDF5) through h5py, lazily.
+
+scipy's reader ends the whole process on some damaged files (one bit flipped in a tag is
+enough), so the few kinds of variables that hold recordings are read here, and scipy is the
+tests' oracle.
+"""
 
 import math
+import struct
 import warnings
-from collections.abc import Iterable
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, foreign
-from shakerproc.recordings.mat5 import MOST_ELEMENTS, Mat5Error, Value, read_variables
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.variables import (
     DEEPEST,
@@ -20,6 +30,290 @@ from shakerproc.recordings.variables import (
     flattened,
     is_readable,
 )
+
+HEAD: Final = 128
+DEEPEST_CELL: Final = 6
+MATRIX: Final = 14
+COMPRESSED: Final = 15
+TYPES: Final = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
+"""Numbers as they are stored."""
+
+TEXTS: Final = {
+    1: "latin-1",
+    2: "latin-1",
+    4: "utf-16",
+    16: "utf-8",
+    17: "utf-16",
+    18: "utf-32",
+}
+LARGEST_SHAPE: Final = 1 << 48
+CELL, STRUCT, CHAR, OPAQUE = 1, 2, 4, 17
+MOST_ELEMENTS: Final = 10_000
+"""Elements of a cell or structure array that are read; recordings have some hundred."""
+
+_OPAQUE_PARTS: Final = ("name", "type system", "class")
+NUMERIC: Final = range(6, 16)
+COMPLEX: Final = 0x0800
+
+Value: TypeAlias = "NDArray[Any] | list[str] | dict[str, Any] | MatlabObject | None"
+"""Numbers, lines of text, the fields of a structure (or the elements of an array of them, or of
+a cell array, by their index), an object, or what cannot be used here."""
+
+
+class Mat5Error(Exception):
+    """A file is not what its own tags say.
+
+    Attributes
+    ----------
+    place : int
+        Byte of the file, or of the unpacked variable.
+    """
+
+    def __init__(self, place: int, message: str) -> None:
+        self.place = place
+        super().__init__(message)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Element:
+    """A tag and what belongs to it."""
+
+    kind: int
+    data: memoryview
+    place: int
+
+
+def read_variables(content: memoryview, largest: int) -> Iterator[tuple[str, Value]]:
+    """Yield name and value of every variable.
+
+    Parameters
+    ----------
+    content : memoryview
+        The whole file.
+    largest : int
+        Bytes to which compressed variables may unpack, together.
+
+    Raises
+    ------
+    Mat5Error
+        If the file is not what its tags say.
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(bytes(content[126:128]))
+    if order is None:
+        raise Mat5Error(126, "the sign of the byte order is missing")
+    left = largest
+    for element in _elements(content, HEAD, order, aligned=False):
+        inner = element
+        if element.kind == COMPRESSED:
+            unpacked = _unpack(element, order, left)
+            left -= len(unpacked)
+            inner = next(_elements(unpacked, 0, order, aligned=False), element)
+        if inner.kind == MATRIX:
+            name, value = _matrix(inner, order, 0)
+            if name:  # what objects refer to has none
+                yield name, value
+
+
+def _unpack(element: _Element, order: str, largest: int) -> memoryview:
+    machine = zlib.decompressobj()
+    try:
+        tag = machine.decompress(element.data, 8)
+        size = int.from_bytes(tag[4:], "big" if order == ">" else "little")
+        if size > largest:
+            raise Mat5Error(
+                element.place, f"a variable of {size} bytes is more than fits into memory"
+            )
+        unpacked = tag + machine.decompress(machine.unconsumed_tail, size + 1)
+    except zlib.error as error:
+        raise Mat5Error(element.place, f"a variable does not unpack: {error}") from error
+    if machine.unconsumed_tail:
+        raise Mat5Error(element.place, "a variable unpacks to more than it says")
+    if not machine.eof:
+        raise Mat5Error(element.place, "a variable ends before it is unpacked")
+    return memoryview(unpacked)
+
+
+def _elements(
+    content: memoryview, start: int, order: str, *, aligned: bool = True
+) -> Iterator[_Element]:
+    """Yield the elements one behind the other; small ones have their data in the tag.
+
+    Raises
+    ------
+    Mat5Error
+        If one is longer than what is left.
+    """
+    at = start
+    while at < len(content):
+        if at + 8 > len(content):
+            raise Mat5Error(at, "the file ends inside a tag")
+        kind, size = struct.unpack(order + "II", content[at : at + 8])
+        if kind >> 16:
+            yield _Element(kind & 0xFFFF, content[at + 4 : at + 4 + min(kind >> 16, 4)], at)
+            at += 8
+            continue
+        stop = at + 8 + size
+        if stop > len(content):
+            raise Mat5Error(at, f"an element of {size} bytes does not fit into what is left")
+        yield _Element(kind, content[at + 8 : stop], at)
+        at = stop + (-size % 8 if aligned else 0)
+
+
+def _next(parts: Iterator[_Element], place: int, what: str) -> _Element:
+    part = next(parts, None)
+    if part is None:
+        raise Mat5Error(place, f"a variable has no {what}")
+    return part
+
+
+def _numbers(element: _Element, order: str) -> NDArray[Any]:
+    name = TYPES.get(element.kind)
+    if name is None:
+        raise Mat5Error(element.place, f"numbers of type {element.kind}, unknown here")
+    dtype = np.dtype(order + name)
+    if len(element.data) % dtype.itemsize:
+        raise Mat5Error(element.place, "an element holds no whole number of numbers")
+    return np.frombuffer(element.data, dtype)
+
+
+def _matrix(element: _Element, order: str, depth: int) -> tuple[str, Value]:
+    """Return name and value of a variable, a cell or a field.
+
+    Raises
+    ------
+    Mat5Error
+        If its flags or dimensions cannot be.
+    """
+    parts = _elements(element.data, 0, order)
+    first = next(parts, None)
+    if first is None:
+        return "", []  # an empty cell
+    flags = _numbers(first, order)
+    if flags.size and int(flags[0]) & 0xFF == OPAQUE:
+        name, _, kind_of = (_ascii(_next(parts, element.place, what)) for what in _OPAQUE_PARTS)
+        return name, MatlabObject(kind_of)
+    shape = [int(n) for n in _numbers(_next(parts, element.place, "dimensions"), order)]
+    name = _ascii(_next(parts, element.place, "name"))
+    if flags.size != 2 or len(shape) < 2 or min(shape) < 0:
+        raise Mat5Error(element.place, "flags or dimensions that cannot be")
+    if math.prod(n or 1 for n in shape) >= LARGEST_SHAPE:
+        raise Mat5Error(element.place, f"a variable of {' x '.join(map(str, shape))} numbers")
+    kind = int(flags[0])
+    return name, _value(parts, element.place, order, shape, kind, depth)
+
+
+def _ascii(element: _Element) -> str:
+    return bytes(element.data).decode("latin-1").rstrip("\0")
+
+
+def _value(  # noqa: PLR0917
+    parts: Iterator[_Element], place: int, order: str, shape: list[int], kind: int, depth: int
+) -> Value:
+    """Return the value of a variable of some kind."""
+    count = math.prod(shape)
+    sort = kind & 0xFF
+    value: Value = None
+    if depth > DEEPEST_CELL:
+        value = None
+    elif sort in NUMERIC and not kind & COMPLEX:
+        value = _array(parts, place, order, shape, count)
+    elif sort == CHAR:
+        value = _text(_next(parts, place, "text"), shape, order) if count else []
+    elif sort == CELL:
+        value = _cells(parts, order, count, depth)
+    elif sort == STRUCT and count <= MOST_ELEMENTS:
+        value = _fields(parts, place, order, count, depth)
+    return value
+
+
+def _array(
+    parts: Iterator[_Element], place: int, order: str, shape: list[int], count: int
+) -> NDArray[Any]:
+    if not count:
+        return np.zeros(shape)
+    values = _numbers(_next(parts, place, "numbers"), order)
+    if values.size != count:
+        raise Mat5Error(place, f"{values.size} numbers where there should be {count}")
+    return values.reshape(shape, order="F")
+
+
+def _text(element: _Element, shape: list[int], order: str) -> list[str]:
+    """Return the lines of a text, stored column by column.
+
+    Raises
+    ------
+    Mat5Error
+        If the kind of letters is unknown.
+    """
+    encoding = TEXTS.get(element.kind)
+    if encoding is None:
+        raise Mat5Error(element.place, f"text of type {element.kind}, unknown here")
+    suffix = {"<": "-le", ">": "-be"}[order] if encoding in {"utf-16", "utf-32"} else ""
+    letters = bytes(element.data).decode(encoding + suffix, errors="replace")
+    rows = shape[0]
+    if rows > len(letters):
+        return []
+    return [letters[row::rows].rstrip("\0") for row in range(rows)]
+
+
+def _cells(parts: Iterator[_Element], order: str, count: int, depth: int) -> Value:
+    """Return the texts of a cell array, or its cells by their index where it holds others."""
+    cells: list[Value] = []
+    for number, part in enumerate(parts):
+        if number >= min(count, MOST_ELEMENTS) or part.kind != MATRIX:
+            return None
+        cells.append(_matrix(part, order, depth + 1)[1])
+    if len(cells) != count:
+        return None
+    if all(isinstance(cell, list) and len(cell) <= 1 for cell in cells):
+        return [cell[0] if cell else "" for cell in cells if isinstance(cell, list)]
+    return {f"{{{number}}}": cell for number, cell in enumerate(cells, 1)}
+
+
+def _fields(
+    parts: Iterator[_Element], place: int, order: str, count: int, depth: int
+) -> dict[str, Any]:
+    """Return the fields of a structure; of several, those of each by its index.
+
+    Raises
+    ------
+    Mat5Error
+        If their names cannot be.
+    """
+    length = _numbers(_next(parts, place, "length of its field names"), order)
+    names = bytes(_next(parts, place, "field names").data)
+    width = int(length[0]) if length.size else 0
+    if not count:
+        return {}
+    if not 0 < width <= 256 or len(names) % width:
+        raise Mat5Error(place, "field names that cannot be")
+    keys = [
+        names[at : at + width].split(b"\0")[0].decode("latin-1")
+        for at in range(0, len(names), width)
+    ]
+    elements: list[dict[str, Any]] = []
+    for _ in range(count):
+        found: dict[str, Any] = {}
+        for key in keys:
+            part = _next(parts, place, f"field {key!r}")
+            found[key] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
+        elements.append(found)
+    if count == 1:
+        return elements[0]
+    return {f"({number})": element for number, element in enumerate(elements, 1)}
+
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 _OBJECT: Final = 3

@@ -281,7 +281,7 @@ def _of_spectra(
         # force and acceleration of a driving point have one name: their units tell them apart
         there = [auto for auto in autos if auto.response == cross.input]
         auto = next(
-            (a for a in there if _alike(a.response_unit, cross.input_unit)),
+            (a for a in there if _of_one_quantity(a.response_unit, cross.input_unit)),
             there[0] if len(there) == 1 and not cross.input_unit else None,
         )
         if auto is None:
@@ -307,7 +307,7 @@ def _of_one_record(
         If two have different lines.
     """
     spectra = [f for f in functions if f.kind == "spectrum" and np.any(f.values.imag)]
-    forces = [f for f in spectra if _alike(f.response_unit, "N")]
+    forces = [f for f in spectra if _of_one_quantity(f.response_unit, "N")]
     if len(forces) != 1:
         return {}, []
     force, found = forces[0], {}
@@ -326,7 +326,7 @@ def _of_one_record(
     return found, [told] * bool(found)
 
 
-def _alike(first: str, second: str) -> bool:
+def _of_one_quantity(first: str, second: str) -> bool:
     """Return whether two units are of one quantity."""
     one, other = parse_unit(first), parse_unit(second)
     return one is not None and other is not None and one[0] == other[0]

@@ -194,7 +194,7 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
         return (
             Scale(UNKNOWN, 1.0, channel.unit) if known is None else Scale(*known, channel.unit)
         )
-    wanted = _wanted(channel, use)
+    wanted = _unit_of_role(channel, use)
     if use.sensitivity is None and use.unit is None:
         known = parse_unit(channel.unit)
         if known is None or known[0] != wanted:
@@ -207,7 +207,7 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
     return replace(scale, note=_followed(channel, use, scale.said))
 
 
-def _wanted(channel: RawChannel, use: ChannelUse) -> str:
+def _unit_of_role(channel: RawChannel, use: ChannelUse) -> str:
     """Return which of the SI units of its role a channel measures, by log and file.
 
     The first, of translation, where neither says one of them.
@@ -230,14 +230,14 @@ def _entry(use: ChannelUse, *what: str) -> str:
     return f"channels: {{{key}: {{{', '.join((f'role: {use.role}', *what))}}}}}"
 
 
-def _given(use: ChannelUse) -> list[str]:
+def _unit_of_log(use: ChannelUse) -> list[str]:
     """Return unit and sensitivity as they stand in the log."""
     pairs = (("unit", use.unit), ("sensitivity", use.sensitivity))
     return [f"{key}: {value}" for key, value in pairs if value is not None]
 
 
 def _contradiction(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> str:
-    given = _given(use)
+    given = _unit_of_log(use)
     return (
         f"{run}: channel {shown(channel.name)} is in {shown(channel.unit, 30)} in the file but "
         f"{', '.join(given)} in the log. In the log, {_by_the_file(channel, use, wanted)}; or, "
@@ -247,7 +247,10 @@ def _contradiction(channel: RawChannel, use: ChannelUse, wanted: str, run: str) 
 
 def _by_the_file(channel: RawChannel, use: ChannelUse, wanted: str) -> str:
     """Return the remedy in the log for the case that the file is right."""
-    known, given = parse_unit(channel.unit), [text.partition(":")[0] for text in _given(use)]
+    known, given = (
+        parse_unit(channel.unit),
+        [text.partition(":")[0] for text in _unit_of_log(use)],
+    )
     if known is not None and known[0] == wanted:
         return f"take {' and '.join(given)} out"
     if _is_electrical(channel.unit) and use.sensitivity is not None:
@@ -268,7 +271,7 @@ def _followed(channel: RawChannel, use: ChannelUse, said: str) -> str:
         return ""
     return (
         f"Channel {shown(channel.name)}: the file says {shown(channel.unit, 30)}, the log says "
-        f"{', '.join(_given(use))}; the log is followed."
+        f"{', '.join(_unit_of_log(use))}; the log is followed."
     )
 
 

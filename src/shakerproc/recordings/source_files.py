@@ -120,7 +120,7 @@ class Stamp:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Seen:
+class FileHash:
     """The SHA-256 of a file, and the stamp that it had before it was read for that."""
 
     sha256: str
@@ -149,7 +149,7 @@ class WatchedFile(SourceFile):
         If it is no regular file, or cannot be read.
     """
 
-    def __init__(self, path: Path, run: str, *, hashed: bool | Sequence[Seen]) -> None:
+    def __init__(self, path: Path, run: str, *, hashed: bool | Sequence[FileHash]) -> None:
         self._path = path
         self._run = run
         self._file = open_regular(path, run)
@@ -185,9 +185,9 @@ class WatchedFile(SourceFile):
         self.check()
         return digest
 
-    def seen(self) -> Seen:
+    def fingerprint(self) -> FileHash:
         """Return its SHA-256 with its stamp, for whoever opens it again."""
-        return Seen(self.sha256(), self._stamp)
+        return FileHash(self.sha256(), self._stamp)
 
     def check(self) -> None:
         now = _stamp_of(os.fstat(self._file.fileno()))

@@ -100,7 +100,7 @@ class _Statement:
     spectrum: bool = False
     tick: float = 0.0
 
-    def alike(self, rate: float, doubt: float = 0.0) -> TimeReading | None:
+    def reading_at(self, rate: float, doubt: float = 0.0) -> TimeReading | None:
         """Return the reading with a rate [Hz], which may be off by a relative doubt [-]."""
         most = max(CONTRADICTION, self.doubt + doubt)
         return next((r for r in self.readings if abs(r.rate / rate - 1.0) <= most), None)
@@ -147,12 +147,12 @@ def _agreed(
         base = TimeBase(problem=wrong.problem, start_time=start_time, spectrum=wrong.spectrum)
         return _uneven(wrong, base) if wrong.readings else base
     best = min(telling, key=lambda s: s.doubt)
-    ways = [r for r in best.readings if all(s.alike(r.rate, best.doubt) for s in telling)]
+    ways = [r for r in best.readings if all(s.reading_at(r.rate, best.doubt) for s in telling)]
     if said.rate is not None and len(ways) > 1:
         most = max(SAME_AS_LOG, best.doubt)
         ways = [r for r in ways if abs(r.rate / said.rate - 1.0) <= most] or ways
     if len(ways) == 1:
-        return _settled(telling, best, ways[0], start_time)
+        return _agreed_base(telling, best, ways[0], start_time)
     if ways:
         problem = _undecided(best, ways)
     else:
@@ -209,7 +209,7 @@ def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
     )
 
 
-def _settled(
+def _agreed_base(
     every: Sequence[_Statement],
     best: _Statement,
     way: TimeReading,
@@ -220,7 +220,7 @@ def _settled(
     placed = timed or next((s for s in every if s.axis.start), None)
     seconds = way.seconds
     if placed is not None:
-        seconds = (placed.alike(way.rate, best.doubt) or way).seconds
+        seconds = (placed.reading_at(way.rate, best.doubt) or way).seconds
     first = timed.axis.times[:1] if timed is not None and timed.axis.times is not None else None
     start = float(first[0]) if first is not None else placed.axis.start if placed else 0.0
     notes = [_taken_for(best, way), _rounded(best, way)]

@@ -270,7 +270,7 @@ def _against(channels: Sequence[RawChannel], logged: float) -> str:
 
 
 def positive_rate(rate: float, name: str) -> None:
-    """Pass a rate that is above 0 Hz.
+    """Pass a rate that is above 0 [Hz].
 
     Raises
     ------

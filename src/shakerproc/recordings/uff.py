@@ -70,7 +70,7 @@ def read_uff(path: Path, run: str) -> RawFile:
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     records = [record for record in every if record.is_recording]
-    others = _told([r for r in every if not r.is_recording], found)
+    others = _contents_text([r for r in every if not r.is_recording], found)
     if not records:
         message = (
             f"{run}: no time record (dataset 58 with function type 1, or 0 over a time); the "
@@ -119,7 +119,7 @@ def _content(path: Path, run: str, advice: str) -> bytes:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
 
 
-def _told(records: Sequence[Record], found: Sequence[UffDataSet]) -> str:
+def _contents_text(records: Sequence[Record], found: Sequence[UffDataSet]) -> str:
     """Return how many records of what, and which other datasets, a file holds besides."""
     functions = Counter(
         ("complex " if r.is_complex and r.function <= 1 else "")

@@ -277,7 +277,7 @@ def _times(
 
     The rate stands there twice.
     """
-    day, start, digit = _begun(_content(file, found, b"bext", run), said.rate)
+    day, start, digit = _broadcast_start(_content(file, found, b"bext", run), said.rate)
     alike = said.per_second == said.rate * said.frame
     problem = "" if alike else (
         f"the file contradicts itself: {said.rate} samples a second of {said.frame} bytes, but "
@@ -287,7 +287,7 @@ def _times(
     return day, (axis,)
 
 
-def _begun(content: bytes, rate: int) -> tuple[datetime | None, float, float]:
+def _broadcast_start(content: bytes, rate: int) -> tuple[datetime | None, float, float]:
     """Return the day on which a broadcast file begins, seconds since midnight, and their digit.
 
     Samples since midnight count where they agree with its time of day, which is good to a

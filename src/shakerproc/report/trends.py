@@ -15,11 +15,17 @@ from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.to_png import LEFT, save
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.sections import PageFigure, ReportSection, filled
-from shakerproc.report.runs.curves import STILL, frequency_axis, kept, logarithmic_axis, outside
-from shakerproc.report.runs.in_units import run_in
+from shakerproc.report.runs.in_units import (
+    STILL,
+    content_of_summary,
+    frequency_axis,
+    logarithmic_axis,
+    outside,
+    run_in,
+)
 from shakerproc.runs.levels import density_unit
-from shakerproc.runs.peak_rows import quantity_of
 from shakerproc.runs.summary import PeakSummary, RunSummary
+from shakerproc.runs.tables import quantity_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +70,7 @@ def series_styles(trends: Sequence[Trend]) -> list[Mapping[str, int]]:
     found: list[Mapping[str, int]] = []
     for trend in trends:
         series = list(_series(trend))
-        styles = _kept(series, seen)
+        styles = _earlier_styles(series, seen)
         fresh = set(range(STYLES)) - {style for style, _ in seen}
         for one in series:
             if one.name not in styles:
@@ -83,7 +89,9 @@ def _series(trend: Trend) -> Iterator[_Series]:
         yield _Series(name, (facts[name] - shared) or facts[name], runs)
 
 
-def _kept(series: Sequence[_Series], seen: Sequence[tuple[int, _Series]]) -> dict[str, int]:
+def _earlier_styles(
+    series: Sequence[_Series], seen: Sequence[tuple[int, _Series]]
+) -> dict[str, int]:
     """Return the styles that series keep of earlier trends, the most alike first."""
     pairs = [(one.likeness(other), one.name, s) for one in series for s, other in seen]
     kept: dict[str, int] = {}
@@ -310,8 +318,8 @@ def _unit(unit: str, run: RunSummary, kind: str) -> str:
 def _overlaid(now: RunSummary, before: RunSummary) -> PageFigure | None:
     """Return response functions of a test, or densities, now and before."""
     kind, told = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
-    content = kept(now)
-    then = {curve.channel: curve for curve in kept(before).of(kind)}
+    content = content_of_summary(now)
+    then = {curve.channel: curve for curve in content_of_summary(before).of(kind)}
     units = [content.unit_of(c.channel) for c in content.of(kind) if c.channel in then]
     if not units:
         return None

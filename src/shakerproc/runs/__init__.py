@@ -1,9 +1,8 @@
 """One test of a log, processed: recording, crop, spectra, peaks, flags."""
 
 from shakerproc.runs.averaging import averaged_blows, welch
-from shakerproc.runs.crops import find_crop
 from shakerproc.runs.opening import open_path, open_test
-from shakerproc.runs.processing import process_recording, process_test
+from shakerproc.runs.processing import find_crop, process_recording, process_test
 from shakerproc.runs.result import ResonancePeak, Responses, RunFlag, RunResult
 from shakerproc.runs.roles import UnitOption, usual_roles
 from shakerproc.runs.summarising import summary_of

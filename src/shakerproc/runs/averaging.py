@@ -21,14 +21,16 @@ from shakerproc.spectra.blows import (
     Blow,
     Blows,
     Setup,
+    Strikes,
+    find_strikes,
     impulse_share,
     incomplete,
     judge,
     noise_before,
+    usual_length,
     windowed,
 )
-from shakerproc.spectra.range_ends import range_ends
-from shakerproc.spectra.strikes import Strikes, find_strikes, usual_length
+from shakerproc.spectra.welch.blocks import range_ends
 from shakerproc.testlog import Hammer, Test
 
 PRETRIGGER: Final = (0.01, 16)
@@ -92,7 +94,7 @@ def averaged_blows(
             found.append(judge(_block(recording, crop, sample, cut), sample, setup))
     kept = [blow.sample for blow in found if blow.kept]
     if not kept:
-        raise SpectrumError(_none_left(recording, crop, setup, found))
+        raise SpectrumError(_no_blow_reason(recording, crop, setup, found))
     blocks = (_block(recording, crop, sample, cut) for sample in kept)
     pulses: list[FloatArray] = []
     quiet: list[FloatArray] = []
@@ -209,7 +211,9 @@ def _windowed(
         yield block
 
 
-def _none_left(recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]) -> str:
+def _no_blow_reason(
+    recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]
+) -> str:
     """Return why no blow can be used, and what may help."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
     told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())

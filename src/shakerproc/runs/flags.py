@@ -11,7 +11,7 @@ from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_CLIPPED, health, unusable, within
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
-from shakerproc.runs.levels import BEYOND_ALARM, control_told
+from shakerproc.runs.levels import BEYOND_ALARM, control_text
 from shakerproc.runs.result import BoolArray, RunFlag, RunResult
 from shakerproc.runs.summary import ControlSummary
 from shakerproc.runs.tracking import too_fast
@@ -37,10 +37,10 @@ def _calibrated(test: Test) -> list[ChannelUse]:
     return [use for use in every if use.calibration is not None and use.role != "ignore"]
 
 
-def told_calibrations(test: Test) -> list[str]:
+def calibration_sentences(test: Test) -> list[str]:
     """Return a sentence for each channel whose sensor is known."""
     return [
-        f"Channel {use.name or use.key}: {use.calibration.told}."
+        f"Channel {use.name or use.key}: {use.calibration.sentence}."
         for use in _calibrated(test)
         if use.calibration is not None
     ]
@@ -57,7 +57,7 @@ def expired(test: Test, start: datetime | None) -> list[RunFlag]:
         RunFlag(
             EXPIRED,
             channel,
-            f"{one.told}: it had expired on {day}, the day of the test; calibrate it, or "
+            f"{one.sentence}: it had expired on {day}, the day of the test; calibrate it, or "
             "correct the day.",
         )
         for channel, one in (*sensors, *instruments)
@@ -151,7 +151,7 @@ def _control_density(result: RunResult) -> RunFlag | None:
     seen = control_density(result)
     if seen is None or seen.kept:
         return None
-    return RunFlag("control density", "", f"the controls are {control_told(seen, 'band')}")
+    return RunFlag("control density", "", f"the controls are {control_text(seen, 'band')}")
 
 
 def control_density(result: RunResult) -> ControlSummary | None:
@@ -183,7 +183,7 @@ def _control_sweep(result: RunResult) -> RunFlag | None:
     seen = control_sweep(result)
     if seen is None or seen.kept:
         return None
-    return RunFlag("control level", "", f"the control is {control_told(seen, 'sweep')}")
+    return RunFlag("control level", "", f"the control is {control_text(seen, 'sweep')}")
 
 
 def control_sweep(result: RunResult) -> ControlSummary | None:

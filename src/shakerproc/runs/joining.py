@@ -22,7 +22,7 @@ from shakerproc.errors import RecordingError, SpectrumError
 from shakerproc.interpolation import TAPS, interpolated
 from shakerproc.numerals import numeral
 from shakerproc.recordings import ANOTHER_GROUP, WatchedFile
-from shakerproc.recordings.source_files import Seen
+from shakerproc.recordings.source_files import FileHash
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.runs.roles import row_named
 from shakerproc.spectra.clocks import RecorderClock, clock_against
@@ -39,7 +39,7 @@ def combined(digests: Sequence[str]) -> str:
     return hashlib.sha256("".join(different).encode()).hexdigest()
 
 
-def seen_files(paths: Sequence[Path]) -> tuple[Seen, ...]:
+def seen_files(paths: Sequence[Path]) -> tuple[FileHash, ...]:
     """Return the SHA-256 of each file of a test, with the stamp that it had.
 
     Raises
@@ -50,7 +50,7 @@ def seen_files(paths: Sequence[Path]) -> tuple[Seen, ...]:
     found = []
     for path in paths:
         with WatchedFile(path, path.name, hashed=True) as file:
-            found.append(file.seen())
+            found.append(file.fingerprint())
     return tuple(found)
 
 
@@ -271,7 +271,7 @@ def side_by_side(
         source=BesideSource(main, other, clock, first),
         file=_files([main, other]),
         notes=(note, *main.notes, *other.notes),
-        unused=_left_over(main, other),
+        unused=_unused_channels(main, other),
         in_file=None,
     )
 
@@ -284,7 +284,7 @@ def _slower(recording: Recording, rate: float) -> tuple[Channel, ...]:
     return tuple(replace(c, own_rate=c.own_rate or own) for c in recording.channels)
 
 
-def _left_over(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
+def _unused_channels(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
     """Return the channels that neither uses; of groups of one file, those both leave."""
     found = dict.fromkeys((*main.unused, *other.unused))
     if main.path != other.path:

@@ -22,7 +22,7 @@ AMPLITUDE_TOLERANCE: Final = 0.15
 """How far a sine may miss its amplitude [-] (IEC 60068-2-6); an rms value likewise."""
 
 
-def beside(value: float, limit: float, decimals: int = 1, *, sign: bool = True) -> str:
+def rounded_within(value: float, limit: float, decimals: int = 1, *, sign: bool = True) -> str:
     """Return a number rounded so that it stays on its side of a limit.
 
     More decimals than asked are written where the rounded number would lie on the other side:
@@ -38,7 +38,7 @@ def beside(value: float, limit: float, decimals: int = 1, *, sign: bool = True) 
     return f"{value:+}" if sign else f"{value}"
 
 
-def control_told(seen: ControlSummary, where: str) -> str:
+def control_text(seen: ControlSummary, where: str) -> str:
     """Return how far a control kept to what is demanded along its band or its sweep.
 
     Parameters
@@ -59,10 +59,10 @@ def control_told(seen: ControlSummary, where: str) -> str:
         place = f"beyond {level} by no more than chance"
     else:
         allowed = 100.0 * BEYOND_ALARM
-        share = beside(100.0 * seen.beyond_alarm, allowed, sign=False)
+        share = rounded_within(100.0 * seen.beyond_alarm, allowed, sign=False)
         place = f"beyond {level} in {share} % of the {where}, where {allowed:g} % may be"
     verdict = "kept" if seen.kept else "NOT KEPT"
-    worst = beside(seen.worst_db, limit)
+    worst = rounded_within(seen.worst_db, limit)
     return f"{place}: {verdict}, at worst {worst} dB at {numeral(seen.worst_hz, 4)} Hz"
 
 
@@ -202,12 +202,12 @@ def mismatch(test: Test, seen: Level | None) -> str:
         off = 10.0 * math.log10(seen.value / wanted.value)
         alarm = test.processing.tolerance.alarm
         inside = abs(off) <= alarm
-        told, tolerance = f"{beside(off, alarm)} dB", f"{alarm:g} dB"
+        told, tolerance = f"{rounded_within(off, alarm)} dB", f"{alarm:g} dB"
     else:
         off = seen.value / wanted.value - 1.0
         inside = abs(off) <= AMPLITUDE_TOLERANCE
         limit = 100.0 * AMPLITUDE_TOLERANCE
-        told, tolerance = f"{beside(100.0 * off, limit, 0)}%", f"{limit:g}%"
+        told, tolerance = f"{rounded_within(100.0 * off, limit, 0)}%", f"{limit:g}%"
     if inside:
         return ""
     whose = "force channels" if seen.unit == "N" else "controls"

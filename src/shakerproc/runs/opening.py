@@ -7,8 +7,8 @@ from pathlib import Path
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.recordings import FilePart, Sampling, open_recording
 from shakerproc.recordings.raw import RawGroup
-from shakerproc.recordings.source_files import Seen
-from shakerproc.runs.flags import told_calibrations
+from shakerproc.recordings.source_files import FileHash
+from shakerproc.runs.flags import calibration_sentences
 from shakerproc.runs.joining import in_sequence, side_by_side
 from shakerproc.runs.roles import UnitOption, by_sheet, usual_uses, with_unit
 from shakerproc.testlog import Test, TestLog, check_expectation
@@ -46,7 +46,7 @@ def open_path(
     *,
     controls: Sequence[str] | None = None,
     unit: UnitOption | None = None,
-    seen: Sequence[Seen] = (),
+    seen: Sequence[FileHash] = (),
 ) -> Recording:
     """Return a recording, open, its channels as a test wants them or with the usual roles.
 
@@ -97,7 +97,7 @@ def open_path(
     except BaseException:
         recording.source.close()
         raise
-    notes = (*recording.notes, *told_calibrations(test))
+    notes = (*recording.notes, *calibration_sentences(test))
     return replace(recording, driven=test.excitation is not None, notes=notes)
 
 
@@ -117,7 +117,7 @@ def _with_others(
     recording: Recording,
     test: Test,
     opened: Callable[[Path, str], Recording],
-    seen: Sequence[Seen],
+    seen: Sequence[FileHash],
 ) -> Recording:
     """Return a recording with the files that follow it and those beside it."""
     run, there = recording.run, [recording]

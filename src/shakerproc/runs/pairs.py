@@ -1,6 +1,6 @@
-"""Response functions as they were measured, between any two channels of a run."""
+"""Response functions between any two channels of a run, and their resolved peaks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
@@ -10,12 +10,202 @@ from shakerproc import spectra
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
-from shakerproc.runs.resonances import averaged_share
-from shakerproc.runs.result import BoolArray, RunResult, forces_of, shown_ratio
+from shakerproc.runs.averaging import FinerSpectra
+from shakerproc.runs.result import (
+    BoolArray,
+    ResonancePeak,
+    Responses,
+    RunResult,
+    forces_of,
+    shown_ratio,
+)
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
-from shakerproc.spectra.responses.masks import audible
-from shakerproc.testlog import ResponseFunction
+from shakerproc.spectra import CrossSpectra, Damping, Peak, SpectralLine
+from shakerproc.spectra.responses import estimators
+from shakerproc.spectra.responses.estimators import audible
+from shakerproc.testlog import ResponseFunction, Test
+
+SINGLE_FREQUENCY: Final = ("sine",)
+"""Kinds of excitation that reach one frequency only."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """Where peaks are looked for; `finer` gives spectra of longer segments, if any."""
+
+    spectra: CrossSpectra
+    test: Test
+    band: tuple[float, float]
+    finer: FinerSpectra | None
+    lines: tuple[SpectralLine, ...]  # tones of the control, which are no resonances
+
+    @property
+    def one_frequency(self) -> bool:
+        """Whether the table moves at one frequency at a time, and bands mean nothing."""
+        return self.test.excitation in SINGLE_FREQUENCY
+
+    def valid(self, control: FloatArray) -> BoolArray:
+        """Return which frequencies are excited, given the density of the mean control.
+
+        `control` is a density [unit²/Hz].
+        """
+        frequency = self.spectra.frequency
+        there = estimators.driven(frequency, control, self.judged)
+        return there if there.any() else estimators.excited(frequency, self.judged)
+
+    @property
+    def judged(self) -> tuple[float, float]:
+        """Where controls and responses can be compared [Hz]: the band, or near the tone."""
+        if self.one_frequency and self.test.frequency_hz is not None:
+            reach = estimators.NOTCH_BINS * self.spectra.bin_width
+            return max(0.0, self.test.frequency_hz - reach), self.test.frequency_hz + reach
+        return self.band
+
+    def peaks(self, values: FloatArray, errors: FloatArray | None) -> tuple[Peak, ...]:
+        """Return the peaks of a spectrum that chance does not make, tallest first.
+
+        `values` are in any unit, `errors` shares of them [-].
+        """
+        wanted = self.test.processing.peaks
+        return spectra.find_peaks(
+            self.spectra.frequency,
+            values,
+            self.band,
+            distance=wanted.distance,
+            count=wanted.count if errors is not None else 1,
+            errors=errors,
+        )
+
+
+def against_controls(
+    search: Search, controls: Sequence[int], responses: Sequence[int]
+) -> Responses | None:
+    """Return the response functions against the controls; None where one side is missing."""
+    if not controls or not responses:
+        return None
+    cross = search.spectra
+    density = spectra.psd(cross)[list(controls)].mean(axis=0)
+    there = estimators.audible(cross.frequency, density, search.judged)
+    return Responses(
+        h1=np.where(there, spectra.h1(cross, controls, responses), np.nan),
+        h2=np.where(there, spectra.h2(cross, controls, responses), np.nan),
+        hv=np.where(there, spectra.hv(cross, controls, responses), np.nan),
+        psd_ratio=np.where(there, spectra.psd_ratio(cross, controls, responses), np.nan),
+        coherence=averaged_share(cross, spectra.coherence(cross, controls, responses)),
+        multiple_coherence=averaged_share(
+            cross, spectra.multiple_coherence(cross, controls, responses)
+        ),
+        valid=search.valid(density),
+    )
+
+
+def averaged_share(cross: CrossSpectra, coherence: FloatArray) -> FloatArray:
+    """Return a coherence [-]; of one average, whose quotient is always 1, not a number."""
+    return coherence if cross.effective_averages > 1.0 else np.full_like(coherence, np.nan)
+
+
+def density_peaks(
+    search: Search, density: FloatArray, against: Responses | None, responses: Sequence[int]
+) -> tuple[tuple[ResonancePeak, ...], ...]:
+    """Return the peaks of the density of every channel; damping only without an input.
+
+    `density` is in the units of the channels, squared, over [Hz].
+    """
+    row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
+    found = []
+    for i, values in enumerate(density):
+        coherence = against.coherence[row_of[i]] if against and i in row_of else None
+        elsewhere = against is not None or search.one_frequency
+        read = None if elsewhere else _reader_of_density(search, i)
+        averages = search.spectra.effective_averages
+        chance = np.full(values.shape, averages**-0.5) if averages > 1.0 else None
+        if search.lines and i in responses:
+            left = spectra.clear_of_lines(search.spectra, search.lines, i)
+            peaks = search.peaks(spectra.masked(values, left), chance)
+        else:
+            peaks = search.peaks(values, chance) or search.peaks(values, None)
+        found.append(_read(search, values, peaks, coherence, read))
+    return tuple(found)
+
+
+def response_peaks(
+    search: Search,
+    against: Responses | None,
+    controls: Sequence[int],
+    responses: Sequence[int],
+) -> tuple[tuple[ResonancePeak, ...], ...]:
+    """Return the peaks of |H1| of every response, none for the controls."""
+    found: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
+    if against is not None and not search.one_frequency:
+        for row, channel in enumerate(responses):
+            apart = spectra.clear_of_lines(search.spectra, search.lines, channel)
+            gain = spectra.masked(np.abs(against.h1[row]), against.valid & apart)
+            chance = spectra.gain_random_error(
+                np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
+            )
+            known = chance if np.isfinite(chance).any() else None
+            read = None if known is None else _reader_of_response(search, controls, channel)
+            peaks = search.peaks(gain, known)
+            found[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
+    return tuple(found)
+
+
+Reader: TypeAlias = Callable[[float], Damping]
+
+
+def _reader_of_density(search: Search, channel: int) -> Reader:
+    return _resolved(
+        search,
+        lambda cross, frequency: spectra.damping_of_density(
+            cross, channel, frequency, search.band
+        ),
+    )
+
+
+def _reader_of_response(search: Search, controls: Sequence[int], channel: int) -> Reader:
+    return _resolved(
+        search,
+        lambda cross, frequency: spectra.damping_of_response(
+            cross, controls, channel, frequency, search.band
+        ),
+    )
+
+
+def _resolved(search: Search, read: Callable[[CrossSpectra, float], Damping]) -> Reader:
+    """Return a reader of damping that looks again with longer segments where they may help."""
+
+    def reader(frequency: float) -> Damping:
+        first, finer = read(search.spectra, frequency), search.finer
+        if finer is None or not spectra.longer_may_resolve(
+            search.spectra, first, finer.bin_width
+        ):
+            return first
+        second = read(finer.make(), frequency)
+        return first if second.ratio is None else second
+
+    return reader
+
+
+def _read(
+    search: Search,
+    power: FloatArray,
+    peaks: Sequence[Peak],
+    coherence: FloatArray | None,
+    read: Reader | None,
+) -> tuple[ResonancePeak, ...]:
+    """Return peaks with the coherence there and their damping."""
+    return tuple(
+        ResonancePeak(
+            peak,
+            None if read is None else read(peak.frequency),
+            None if coherence is None else float(coherence[peak.index]),
+            spectra.is_resolved(search.spectra, power, peak.index),
+        )
+        for peak in peaks
+    )
+
 
 OWN: Final = 0.01
 """Share of a force's power that the others do not explain, below which it is not told apart."""
@@ -99,7 +289,7 @@ def _asked_of(result: RunResult) -> tuple[list[ChannelPair], list[str]]:
     return found, missing
 
 
-def told_of_forces(result: RunResult) -> tuple[str, ...]:
+def force_remarks(result: RunResult) -> tuple[str, ...]:
     """Return a sentence for each of several forces that cannot be told from the others."""
     asked, missing = _asked_of(result)
     if asked and not missing:
@@ -108,11 +298,11 @@ def told_of_forces(result: RunResult) -> tuple[str, ...]:
     return tuple(
         f"No response function over {names[force]}: {why}."
         for force in _driving(result)
-        if (why := _not_apart(result, force))
+        if (why := _dependence(result, force))
     )
 
 
-def functions_left_out(result: RunResult) -> list[str]:
+def missing_functions(result: RunResult) -> list[str]:
     """Return a sentence for each function that the log asks for and the run does not have."""
     return _asked_of(result)[1]
 
@@ -151,7 +341,7 @@ def _driving(result: RunResult) -> tuple[int, ...]:
 
 def _against(result: RunResult, force: int) -> list[ChannelPair]:
     """Return every response over a force, without what the other forces cause."""
-    if _not_apart(result, force):
+    if _dependence(result, force):
         return []
     forces, name = forces_of(result.channels), result.channels[force].name
     cross = _without_others(result, force)
@@ -167,7 +357,7 @@ def _without_others(result: RunResult, force: int) -> spectra.CrossSpectra:
     return spectra.conditioned(result.spectra, others) if others else result.spectra
 
 
-def _not_apart(result: RunResult, force: int) -> str:
+def _dependence(result: RunResult, force: int) -> str:
     """Return why a force cannot be told from the others, empty where it can."""
     driving = _driving(result)
     averages = result.spectra.effective_averages
@@ -180,7 +370,7 @@ def _not_apart(result: RunResult, force: int) -> str:
             "segment (welch: {segment: ...}) or record longer"
         )
     cross = _without_others(result, force)
-    if (_driven(result, (force,)) & _own(result, cross, (force,))).any():
+    if (_driven(result, (force,)) & _independent_power(result, cross, (force,))).any():
         return ""
     names = ", ".join(result.channels[i].name for i in driving if i != force)
     return (
@@ -189,7 +379,9 @@ def _not_apart(result: RunResult, force: int) -> str:
     )
 
 
-def _own(result: RunResult, cross: spectra.CrossSpectra, inputs: Sequence[int]) -> BoolArray:
+def _independent_power(
+    result: RunResult, cross: spectra.CrossSpectra, inputs: Sequence[int]
+) -> BoolArray:
     """Return where the inputs have power of their own."""
     rows = list(inputs)
     own = spectra.psd(cross)[rows].sum(axis=0)
@@ -233,7 +425,8 @@ def _pair(
         low=limits.low[0] * scale,
         high=limits.high[0] * scale,
         coherence=averaged_share(cross, spectra.coherence(cross, *rows)[0]),
-        excited=_excited(result, inputs, wanted.input) & _own(result, cross, inputs),
+        excited=_excited(result, inputs, wanted.input)
+        & _independent_power(result, cross, inputs),
         inputs=inputs,
         row=output,
         output=result.channels[output].name,

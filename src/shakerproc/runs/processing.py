@@ -1,30 +1,149 @@
 """From an open recording to everything that is known of the run."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
+import numpy as np
+
 from shakerproc import spectra
 from shakerproc.data import Channel, FloatArray, Recording, SampleSource, UnusedChannel
-from shakerproc.errors import SpectrumError
+from shakerproc.errors import LogError, SpectrumError
 from shakerproc.late import loaded
+from shakerproc.numerals import numeral
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import with_analyses
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
-from shakerproc.runs.crops import crop_channel, find_crop
 from shakerproc.runs.opening import open_test
-from shakerproc.runs.resonances import Search, against_controls, density_peaks, response_peaks
+from shakerproc.runs.pairs import Search, against_controls, density_peaks, response_peaks
 from shakerproc.runs.result import (
     RunResult,
     lone_force,
+    shown_unit,
 )
-from shakerproc.runs.roles import is_called, row_asked_for, without_tachometers
+from shakerproc.runs.roles import (
+    is_called,
+    row_asked_for,
+    row_named,
+    uses_of,
+    without_tachometers,
+)
 from shakerproc.runs.thinning import envelope
 from shakerproc.runs.tones import notched, tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
+from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import SpectralLine, lines_sentence
-from shakerproc.testlog import Test, TestLog
+from shakerproc.testlog import Test, TestLog, ThresholdCrop, TimeCrop
+
+DECIDES: Final = 0.5
+"""Offset over the threshold from which on it decides the crop: more than what is left [-]."""
+
+MEDIAN_OF: Final = 2**17
+"""Samples from which a median is taken: to 0.4 % of the standard deviation, of noise."""
+
+
+def _wanted_crop(test: Test) -> TimeCrop | ThresholdCrop | None:
+    """Return how the log crops a test: what dies away is below any threshold, and whole."""
+    crop = test.processing.crop
+    return None if test.rings and isinstance(crop, ThresholdCrop) else crop
+
+
+def find_crop(recording: Recording, test: Test) -> Crop:
+    """Return the part of a recording that is the run."""
+    crop = _wanted_crop(test)
+    if crop is None:
+        return Crop(0, recording.n_samples)
+    if isinstance(crop, TimeCrop):
+        return spectra.crop_by_time(
+            recording.n_samples, recording.sample_rate, crop.start, crop.stop
+        )
+    only = recording.select([crop_row(recording, test, crop.channel)])
+    rest = 0.0 if crop.remove_offset else _rest(only)
+    decides = abs(rest) >= DECIDES * crop.threshold
+    blocks = (block - rest for block in _first(only)) if decides else _first(only)
+    unit, scale = shown_unit(only.channels[0].unit)
+    found = spectra.crop_by_threshold(
+        list(blocks) if crop.remove_offset else blocks,
+        crop.threshold,
+        recording.sample_rate,
+        absolute=crop.absolute,
+        hold=crop.hold,
+        skip=crop.skip,
+        remove_offset=crop.remove_offset,
+        shown=(unit, scale),
+    )
+    if not decides:
+        return found
+    told = (
+        f"{only.channels[0].name} rests at {numeral(scale * rest, 4)} {unit}, against a "
+        f"threshold of {numeral(scale * crop.threshold, 4)} {unit}: the crop compares it "
+        "without that offset"
+    )
+    return replace(found, warning="; ".join(filter(None, (told, found.warning))))
+
+
+def _rest(recording: Recording) -> float:
+    """Return the median of the one channel: where it rests, or moves about [its unit].
+
+    Of a long recording it is that of every so many samples; a shock does not shift it, as it
+    does the mean.
+    """
+    every = max(1, recording.n_samples // MEDIAN_OF)
+    return float(np.nanmedian(np.concatenate([block[::every] for block in _first(recording)])))
+
+
+def crop_channel(recording: Recording, test: Test) -> int | None:
+    """Return the row that a threshold is compared with, None where there is none.
+
+    Of the channels without the tachometers.
+    """
+    crop = _wanted_crop(test)
+    if crop is None or isinstance(crop, TimeCrop):
+        return None
+    channel = recording.channels[crop_row(recording, test, crop.channel)]
+    kept = without_tachometers(recording).channels
+    return next((i for i, one in enumerate(kept) if one is channel), None)
+
+
+def _first(recording: Recording) -> Iterator[FloatArray]:
+    return (block[0] for block in recording.blocks())
+
+
+def crop_row(recording: Recording, test: Test, wanted: str | int) -> int:
+    """Return the row of the channel that the crop looks at.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    test : Test
+        Its channels, by their keys in the log.
+    wanted : str or int
+        Name of the channel, its key in the log, or ``control 2`` for the second control.
+
+    Raises
+    ------
+    LogError
+        If there is none.
+    """
+    used = [use.key for use in uses_of(recording, test)]
+    if wanted in used:
+        return used.index(wanted)
+    row = row_named(recording.channels, wanted)
+    if row is not None:
+        return row
+    controls = [i for i, c in enumerate(recording.channels) if c.role == "control"]
+    word, _, number = str(wanted).partition(" ")
+    if word == "control" and controls:
+        return controls[min(int(number), len(controls)) - 1 if number.isdigit() else -1]
+    there = ", ".join(c.name for c in recording.channels)
+    raise LogError(
+        f"{recording.run}: no channel {wanted!r} to crop by. The recording has {there}. Name "
+        "one of them in crop: {channel: ...}, give a channel the role control, or use "
+        "crop: none (or --no-crop)."
+    )
+
 
 IN_MEMORY: Final = 1e8
 """Recordings up to this size are read once and kept [byte]; longer ones are read in passes."""
@@ -81,14 +200,14 @@ def process_recording(recording: Recording, test: Test, *, pictured: bool = True
         If the recording does not allow it; the message opens with the name of the run.
     """
     try:
-        return _process(held(recording), test, pictured=pictured)
+        return _process(in_memory(recording), test, pictured=pictured)
     except SpectrumError as error:
         raise SpectrumError(f"{recording.run}: {error}") from error
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Held(SampleSource):
+class _InMemory(SampleSource):
     """Samples in memory that nobody may change, so that parts of them need no copies."""
 
     whole: FloatArray
@@ -102,13 +221,13 @@ class _Held(SampleSource):
         """Do nothing: there is no file."""
 
 
-def held(recording: Recording) -> Recording:
+def in_memory(recording: Recording) -> Recording:
     """Return the recording with its samples in memory, where they are few enough."""
     if recording.n_samples * len(recording.channels) * 8 > IN_MEMORY:
         return recording
     samples = recording.samples()
     samples.flags.writeable = False
-    return replace(recording, source=_Held(samples), rows=tuple(range(len(samples))))
+    return replace(recording, source=_InMemory(samples), rows=tuple(range(len(samples))))
 
 
 def _with_shaft(whole: Recording, result: RunResult) -> RunResult:
@@ -188,7 +307,7 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         blows=blows,
         tones=tones,
     )
-    return _with_the_rest(whole, recording, _told_of_averages(result), pictured=pictured)
+    return _with_the_rest(whole, recording, _with_averages_note(result), pictured=pictured)
 
 
 def _with_the_rest(
@@ -263,7 +382,7 @@ def _why_not(
     return [sentence for sentence in said if sentence]
 
 
-def _told_of_averages(result: RunResult) -> RunResult:
+def _with_averages_note(result: RunResult) -> RunResult:
     """Return a result with a note of what one average cannot tell."""
     cross, n_samples = result.spectra, result.crop.stop - result.crop.start
     if cross.effective_averages > 1.0 or result.test.rings or result.blows is not None:

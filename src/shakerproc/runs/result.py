@@ -285,7 +285,7 @@ class RunResult:
         return (self.expected_samples or self.n_samples) / self.sample_rate
 
     @property
-    def told_length(self) -> str:
+    def length_text(self) -> str:
         """How much of the recording is there, in words."""
         return f"{self.duration:.2f} of {self.promised_duration:.2f} s"
 

@@ -11,7 +11,7 @@ from shakerproc.simulation.free_runs import (
 )
 from shakerproc.simulation.inputs import Input, prepare, prepare_displacement
 from shakerproc.simulation.pieces import InterpolationError
-from shakerproc.simulation.response import simulate, simulate_many
+from shakerproc.simulation.response import simulate
 from shakerproc.simulation.simulation import CHAOTIC_GROWTH, SENSITIVE_GROWTH, SimulatedResponse
 from shakerproc.simulation.window_sensing import has_jumps, is_smooth
 
@@ -33,5 +33,4 @@ __all__ = [
     "prepare",
     "prepare_displacement",
     "simulate",
-    "simulate_many",
 ]

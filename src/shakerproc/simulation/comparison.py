@@ -19,6 +19,8 @@ from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.model import Model
 
 _ITERATIONS = 50
+_CORRECTION = 1e-12
+"""Last correction of displacement as a share of the largest so far [-]."""
 
 
 @final
@@ -46,14 +48,12 @@ def newmark(
     sample_rate: float,
     *,
     start: FloatArray | None = None,
-    tolerance: float = 1e-12,
-    beta: float = 0.25,
-    gamma: float = 0.5,
 ) -> ComparedMotion:
     r"""Return the response by Newmark's method, one step a sample.
 
     Predict, then correct by Newton's method with the effective stiffness
-    :math:`K + \gamma / (\beta \Delta t) C + M / (\beta \Delta t^2)`.
+    :math:`K + \gamma / (\beta \Delta t) C + M / (\beta \Delta t^2)`, with the average
+    acceleration, :math:`\beta = 1/4` and :math:`\gamma = 1/2`.
 
     Parameters
     ----------
@@ -65,10 +65,6 @@ def newmark(
         Steps per second [Hz].
     start : (2, n_masses) array, optional
         Displacement [m] and velocity [m/s] at the start.
-    tolerance : float
-        Last correction of displacement as a share of the largest so far [-].
-    beta, gamma : float
-        Newmark's parameters; 1/4 and 1/2 are the average acceleration [-].
 
     Raises
     ------
@@ -82,6 +78,7 @@ def newmark(
     .. [1] A. H. Hauglid, "Nonlinear Mechanical Vibrations: The Effect of Gaps", NTNU, 2018,
        sec. 3.8 and eq. 3.50.
     """
+    beta, gamma = 0.25, 0.5
     forces = _Forces(model)
     n, h = len(model.masses), 1.0 / sample_rate
     d, v = (np.zeros((2, n)) if start is None else np.asarray(start, dtype=float)).copy()
@@ -105,7 +102,7 @@ def newmark(
             change = np.linalg.solve(effective, residual)
             d = d + change
             largest = max(largest, float(np.max(np.abs(d))))
-            if np.max(np.abs(change)) <= tolerance * largest:
+            if np.max(np.abs(change)) <= _CORRECTION * largest:
                 break
         else:
             raise SimulationError(

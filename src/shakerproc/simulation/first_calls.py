@@ -15,9 +15,9 @@ from shakerproc.models.effects import (
     Series,
     Spring,
 )
+from shakerproc.simulation.assembly import MOST_LINES
 from shakerproc.simulation.free_runs import Runs, free_runs
 from shakerproc.simulation.inputs import prepare
-from shakerproc.simulation.propagators import MOST_LINES
 from shakerproc.simulation.response import simulate
 
 RATE = 500.0

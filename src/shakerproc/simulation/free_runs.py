@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
 from shakerproc.simulation.assembly import System, assemble
-from shakerproc.simulation.cases import impose
 from shakerproc.simulation.inputs import Input
-from shakerproc.simulation.kernels.nudging import Nudges
+from shakerproc.simulation.kernels.windows import Nudges
+from shakerproc.simulation.response import impose
 from shakerproc.simulation.walking import Placed, Walk
 
 TOLD_APART: Final = 0.01

@@ -10,7 +10,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.simulation.kernels.powers import chirp_pieces, through
+from shakerproc.simulation.kernels.polynomials import chirp_pieces, through
 
 MARGIN: Final = 256
 """Samples by which a signal is led past either end, to 0."""

@@ -1,23 +1,288 @@
-"""A model and its input in, the response out."""
+"""A model and its input in, the response out: by which solver, and how far to trust it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from os import cpu_count
-from typing import TypeVar
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Literal, TypeAlias, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
-from shakerproc.simulation.assembly import System, assemble
-from shakerproc.simulation.cases import Case, Solver, by_series, first_motion, simulated_case
+from shakerproc.simulation.assembly import System, assemble, branches_of, build_store, no_store
 from shakerproc.simulation.inputs import Input, as_input, prepare_long
-from shakerproc.simulation.kernels.table import Machine, Store
+from shakerproc.simulation.kernels.dop853 import WORK_ROWS, integrate_dop853
+from shakerproc.simulation.kernels.exact import DONE, STUCK, integrate
+from shakerproc.simulation.kernels.table import Machine, Store, room_for_series
 from shakerproc.simulation.pieces import ROUNDING, Chirp, Signal
-from shakerproc.simulation.propagators import branches_of, build_store, no_store
-from shakerproc.simulation.simulation import SimulatedResponse
+from shakerproc.simulation.simulation import (
+    CHAOTIC_GROWTH,
+    SENSITIVE_GROWTH,
+    SimulatedResponse,
+    read_sensors,
+)
 
-Result = TypeVar("Result")
+_DISTURBANCE = 1e-10
+_FINEST_DOP853 = 1e-13
+_ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
+_FINER = 0.1  # tolerance of the run that tells the error of another, over that one's
+_ALLOWED = 1.5  # a run whose error fell to a third only, not to a tenth, is that far from exact
+
+Solver: TypeAlias = Literal["automatic", "exact", "taylor", "dop853"]
+
+
+def by_series(system: System, solver: Solver) -> bool:
+    """Return whether the model is carried by Taylor series and propagators.
+
+    Raises
+    ------
+    ValueError
+        If that was asked for, and a power law is not analytic at 0.
+    """
+    if solver == "taylor" and not system.analytic:
+        raise ValueError("a power that is not whole has no Taylor series at 0; use dop853")
+    return solver != "dop853" and system.analytic
+
+
+@cache
+def dop853_tableau() -> FloatArray:
+    """Return stages, weights, nodes and error estimates of DOP853, (15, 13) array [-]."""
+    from scipy.integrate import DOP853  # a quarter of a second, which few models need
+
+    tableau = np.zeros((15, 13))
+    tableau[:12, :12], tableau[12, :12] = DOP853.A, DOP853.B
+    tableau[13, :12], tableau[14, :12] = DOP853.E5[:12], DOP853.E3[:12]
+    tableau[:12, 12] = DOP853.C
+    return tableau
+
+
+def first_motion(
+    model: Model, system: System, given: Input, start: Mapping[str, tuple[float, float]] | None
+) -> FloatArray:
+    """Return displacements and velocities at the first sample, (n_motions,) array [m, m/s].
+
+    Raises
+    ------
+    ValueError
+        If a start is given for a mass that the model does not have.
+    """
+    first = np.zeros(system.n_motions)
+    for name, (displacement, velocity) in (start or {}).items():
+        if name not in system.names:
+            raise ValueError(f"no mass {name!r}; there are {', '.join(system.names)}")
+        index = system.names.index(name)
+        first[index], first[len(system.names) + index] = displacement, velocity
+    if given.imposed is not None:
+        impose(first[None, :], model, system, given, np.zeros(1, np.int64))
+    return first
+
+
+def impose(
+    starts: FloatArray, model: Model, system: System, given: Input, first: NDArray[np.int64]
+) -> None:
+    """Let the mass whose displacement is imposed start with it.
+
+    Parameters
+    ----------
+    starts : (n, n_motions) array
+        Written to [m, m/s].
+    first : (n,) array of int
+        Sample at which each begins.
+    """
+    if given.imposed is not None:
+        place, n = system.names.index(str(model.excitation.on)), len(system.names)
+        starts[:, place], starts[:, n + place] = given.imposed[:, first]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """All that one run of the stepper needs."""
+
+    model: Model
+    system: System
+    store: Store
+    given: Input
+    first: FloatArray
+    tolerance: float
+    by_series: bool
+
+    @property
+    def solver(self) -> str:
+        """Name of the solver."""
+        if not self.by_series:
+            return "DOP853"
+        return "exact propagators" if self.store.parts.size else "Taylor series"
+
+
+def simulated_case(case: Case, *, growth: bool) -> SimulatedResponse:
+    """Return the response of a case."""
+    motion, relative, stats = _run(case)
+    n = len(case.system.names)
+    grown = _growth(case, motion) if growth else None
+    truncated = _truncation(case, motion, stats)
+    given = case.given
+    samples = given.samples if given.imposed is None else given.imposed[0]
+    absolute = case.system.displacements(relative[:, :n])
+    if case.model.excitation.moves_base:
+        absolute = absolute + samples
+    error = case.given.missed + _ROUNDING * float(np.sqrt(1.0 + stats[1]))
+    simulation = SimulatedResponse(
+        sample_rate=given.sample_rate,
+        outputs={},
+        excitation=samples,
+        masses=tuple(case.system.places),
+        displacement=case.system.displacements(motion[:, :n]),
+        velocity=case.system.displacements(motion[:, n : 2 * n]),
+        acceleration=absolute,
+        states=motion[:, 2 * n :].T,
+        solver=case.solver,
+        switchings=int(stats[1]),
+        error=truncated + error * max(1.0, grown or 1.0),
+        growth=grown,
+        notes=_notes(grown, stats) + _remarks(case, motion),
+        interpolation=given.interpolation,
+        force=relative[:, n] if given.imposed is not None else None,
+        motion=motion.T,
+    )
+    return read_sensors(case.model, simulation, case.given.pieces, case.given.stride)
+
+
+def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return motion (n, n_y), accelerations relative to the base (n, n_masses), statistics.
+
+    Raises
+    ------
+    SimulationError
+        If the stepper had to give up.
+    """
+    given, machine, first = case.given, case.system.machine, case.first
+    n_samples = given.n_samples
+    n, n_lines = machine.mass.size, len(machine.lines)
+    series = room_for_series(machine, first.size - 2 * n)
+    series.y[:, 0] = first
+    motion, relative = np.empty((n_samples, first.size)), np.empty((n_samples, len(series.a)))
+    room = np.zeros((4, first.size + n + 4 * n_lines + given.pieces.shape[1] + 32))
+    room[3, : 2 * n] = least_sizes(machine, given, float(np.max(np.abs(given.pieces[:, 0]))))
+    stats = np.zeros(7)
+    fresh = machine._replace(
+        mode=np.zeros_like(machine.mode),
+        anchor=np.zeros_like(machine.anchor),
+        stack=np.zeros_like(machine.stack),
+    )
+    if case.by_series:
+        integrate(
+            fresh, case.store, given.pieces, given.part, given.stride, given.span,
+            case.tolerance, series,
+            room, motion, relative, stats,
+        )  # fmt: skip
+    else:
+        work = np.zeros((WORK_ROWS, first.size + 2 * n_lines + 1))
+        integrate_dop853(
+            fresh, dop853_tableau(), given.pieces, given.part, given.stride,
+            max(case.tolerance, _FINEST_DOP853), series, work, room[3, : first.size],
+            motion, relative, stats,
+        )  # fmt: skip
+    if stats[0] != DONE:
+        how = "the steps become too small" if stats[0] == STUCK else "the motion runs away"
+        raise SimulationError(
+            f"{case.model.title}: {how} at {stats[5]:.6g} s. Check the signs and sizes of the "
+            f"parameters, and the level of the excitation."
+        )
+    return motion, relative, stats
+
+
+def least_sizes(machine: Machine, given: Input, largest: float) -> FloatArray:
+    """Return the displacements and velocities that the input alone gives in one sample.
+
+    Errors are never compared with less: a joint that has just broken away moves by nothing.
+
+    Parameters
+    ----------
+    largest : float
+        Largest input [m/s^2 or N].
+    """
+    n = machine.mass.size
+    pushed = np.max(np.abs(machine.matrix[:, 2 * n])) * largest
+    step = given.part / given.span
+    return np.repeat((pushed * step**2, pushed * step), n)
+
+
+def _growth(case: Case, motion: FloatArray) -> float:
+    """Return how much a small disturbance of the start and of the whole input grows.
+
+    A disturbance of the start alone would have died out before a shaker that starts later.
+    """
+    n = len(case.system.names)
+    sizes = np.array([np.max(np.abs(motion[:, :n])), np.max(np.abs(motion[:, n : 2 * n]))])
+    if not np.all(sizes > 0.0):
+        return 0.0
+    disturbed = case.first.copy()
+    disturbed[:n] += _DISTURBANCE * sizes[0]
+    pushed = replace(case.given, pieces=case.given.pieces * (1.0 + _DISTURBANCE))
+    other, _, _ = _run(replace(case, first=disturbed, given=pushed))
+    return max(_shares(other, motion, n)) / _DISTURBANCE
+
+
+def _truncation(case: Case, motion: FloatArray, stats: FloatArray) -> float:
+    """Return the truncation error of the trajectory, as a share of the largest motion.
+
+    The distance to the same run at a tenth of the tolerance: errors of single steps add up,
+    shift the phase and grow with the motion as no sum of theirs tells. Half as much again
+    allows for what the finer run misses itself, and for steps that do not shrink in proportion.
+    """
+    if not stats[2] + stats[6] > 0.0:
+        return 0.0
+    n = len(case.system.names)
+    finer, _, _ = _run(replace(case, tolerance=_FINER * case.tolerance))
+    return _ALLOWED * max(_shares(finer, motion, n))
+
+
+def _shares(other: FloatArray, motion: FloatArray, n: int) -> tuple[float, float]:
+    """Return the largest distances of displacements and velocities, over the largest motion."""
+    sizes = [float(np.max(np.abs(motion[:, k * n : (k + 1) * n]))) for k in (0, 1)]
+    apart = np.abs(other - motion)
+    first, second = (
+        float(np.max(apart[:, k * n : (k + 1) * n])) / size if size > 0.0 else 0.0
+        for k, size in enumerate(sizes)
+    )
+    return first, second
+
+
+def _remarks(case: Case, motion: FloatArray) -> tuple[str, ...]:
+    """Return the remarks of the effects on the motion between their places."""
+    n, names = len(case.system.names), case.system.names
+    remarks = []
+    for element in case.model.elements:
+        z, v = np.zeros((2, motion.shape[0]))
+        for place, sign in zip(element.between, (-1.0, 1.0), strict=True):
+            if place in names:
+                z = z + sign * motion[:, names.index(place)]
+                v = v + sign * motion[:, n + names.index(place)]
+        told = element.effect.remark(z, v)
+        if told is not None:
+            where = " and ".join(element.between)
+            remarks.append(f"{element.effect.kind} between {where}: {told}")
+    return tuple(remarks)
+
+
+def _notes(growth: float | None, stats: FloatArray) -> tuple[str, ...]:
+    notes = []
+    if growth is not None and growth > CHAOTIC_GROWTH:
+        notes.append(
+            f"chaotic: a disturbance of 1e-10 grows {growth:.1e} times; only statistics over "
+            f"an ensemble hold, not this time history"
+        )
+    elif growth is not None and growth > SENSITIVE_GROWTH:
+        notes.append(
+            f"sensitive: a disturbance of 1e-10 grows {growth:.1e} times; a measured input "
+            f"does not predict this time history"
+        )
+    if stats[4] > 0.0:
+        notes.append(f"{int(stats[4])} steps were taken past switchings that follow each other")
+    return tuple(notes)
 
 
 _SPANS = (4, 2)  # samples that a step may take
@@ -91,47 +356,6 @@ def simulate(
     first = first_motion(model, system, given, start)
     case = Case(model, system, store, given, first, tolerance, series)
     return simulated_case(case, growth=growth)
-
-
-def simulate_many(
-    models: Sequence[Model],
-    excitation: FloatArray | Signal | Input,
-    sample_rate: float | None = None,
-    *,
-    reduce: Callable[[SimulatedResponse], Result],
-    duration: float | None = None,
-    tolerance: float = 1e-15,
-    growth: bool = False,
-    workers: int | None = None,
-) -> list[Result]:
-    """Return the response of each of many models, reduced by `reduce`, on all cores.
-
-    Parameters
-    ----------
-    models : sequence of Model
-        What is shaken.
-    reduce : function
-        Called with each `SimulatedResponse`, so that not all of them are kept.
-    excitation, sample_rate, duration, tolerance, growth
-        See `simulate` [units as there].
-    workers : int, optional
-        Threads; by default as many as cores.
-    """
-    given = as_input(
-        excitation, sample_rate, duration=duration, tolerance=tolerance,
-        imposed=models[0].excitation.imposed,
-    )  # fmt: skip
-
-    def one(model: Model) -> Result:
-        system = assemble(model)
-        store = _store(system.machine, given, "automatic")
-        first = first_motion(model, system, given, None)
-        series = by_series(system, "automatic")
-        case = Case(model, system, store, given, first, tolerance, series)
-        return reduce(simulated_case(case, growth=growth))
-
-    with ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
-        return list(pool.map(one, models))
 
 
 def _long_steps(

@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
-from shakerproc.simulation.assembly import System
-from shakerproc.simulation.cases import dop853_tableau, least_sizes
+from shakerproc.simulation.assembly import System, build_store
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS
-from shakerproc.simulation.kernels.nudging import Nudges
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
-from shakerproc.simulation.kernels.windows import walk_windows
-from shakerproc.simulation.propagators import build_store
+from shakerproc.simulation.kernels.windows import Nudges, walk_windows
+from shakerproc.simulation.response import dop853_tableau, least_sizes
 from shakerproc.simulation.window_sensing import WindowMotion, base_motion, has_jumps, sense
 
 ROWS: Final = 2**15

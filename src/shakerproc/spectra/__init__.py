@@ -27,14 +27,16 @@ from shakerproc.spectra.responses.bounds import (
 from shakerproc.spectra.responses.estimators import (
     coherence,
     conditioned,
+    driven,
+    excited,
     h1,
     h1_of_inputs,
     h2,
     hv,
+    masked,
     multiple_coherence,
     psd_ratio,
 )
-from shakerproc.spectra.responses.masks import driven, excited, masked
 from shakerproc.spectra.thesis import (
     ThesisPeak,
     ThesisSettings,
@@ -48,14 +50,16 @@ from shakerproc.spectra.tones.passing import SweptMode, fastest_rate, swept_mode
 from shakerproc.spectra.tones.steady import Tone, stepped_response, tone_response
 from shakerproc.spectra.tones.swept import Sweep, stitched, swept_response
 from shakerproc.spectra.welch.blocks import Statistics, statistics
-from shakerproc.spectra.welch.cross import CrossSpectra, Detrend, psd
-from shakerproc.spectra.welch.engine import cross_spectra
-from shakerproc.spectra.welch.levels import (
+from shakerproc.spectra.welch.cross import (
+    CrossSpectra,
+    Detrend,
     Imbalance,
     control_imbalance,
     cumulative_rms,
+    psd,
     rms_in_band,
 )
+from shakerproc.spectra.welch.engine import cross_spectra
 from shakerproc.spectra.welch.spectrograms import Spectrogram, periodogram, spectrogram
 from shakerproc.spectra.welch.windows import COSINE_TERMS, effective_averages, window_samples
 

@@ -8,8 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.welch.cross import CrossSpectra
-from shakerproc.spectra.welch.levels import rms_in_band
+from shakerproc.spectra.welch.cross import CrossSpectra, rms_in_band
 
 RATIO: Final = 10.0**0.3
 """The octave of the standard, to the base ten [-]."""

@@ -116,7 +116,7 @@ def shock_spectra(
     .. [2] D. O. Smallwood, "An improved recursive formula for calculating shock response
        spectra", Shock and Vibration Bulletin 51(2), 211-217, 1981.
     """
-    from shakerproc.spectra.oscillators import follow_oscillators  # loads the compiler: late
+    from shakerproc.spectra.kernels import follow_oscillators  # loads the compiler: late
 
     if not 0.0 <= damping < 1.0:
         raise ValueError(f"damping must be from 0 to below 1, not {damping:g}")
@@ -298,7 +298,7 @@ def fatigue_spectra(
     .. [2] G. R. Henderson and A. G. Piersol, "Fatigue damage related descriptor for random
        vibration test environments", Sound and Vibration 29(10), 20-24, 1995.
     """
-    from shakerproc.spectra import rainflow  # loads the compiler: late
+    from shakerproc.spectra import kernels
 
     if not 0.0 < damping < 1.0 or not 0.0 < exponent < 50.0:
         raise ValueError(f"no damage at a damping of {damping:g} and an exponent {exponent:g}")
@@ -313,15 +313,15 @@ def fatigue_spectra(
     for block in blocks:
         if not n_samples:
             shape = (len(block), frequency.size)
-            states, stacks = np.zeros((*shape, 6)), np.zeros((*shape, rainflow.STACK))
+            states, stacks = np.zeros((*shape, 6)), np.zeros((*shape, kernels.STACK))
             sums = np.zeros((*shape, 3))
         n_samples += block.shape[1]
         for row, samples in enumerate(np.ascontiguousarray(block)):
-            rainflow.follow_damage(
+            kernels.follow_damage(
                 samples, steps, substeps, damping, exponent, states[row], stacks[row], sums[row]
             )
     for row in range(len(sums)):
-        rainflow.finish_damage(exponent, states[row], stacks[row], sums[row])
+        kernels.finish_damage(exponent, states[row], stacks[row], sums[row])
     count = max(n_samples, 1)
     return FatigueSpectra(
         frequency,

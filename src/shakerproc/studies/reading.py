@@ -10,13 +10,20 @@ from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import Model
 from shakerproc.runs.tables import former_note, present_name
-from shakerproc.studies.checks import Check, Relation, Trend
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.base import StudyJob, jobs_of
 from shakerproc.studies.kinds.formula import FORMULAS
-from shakerproc.studies.placing import unit_of_place
+from shakerproc.studies.results import Check, Relation, Trend
 from shakerproc.studies.schema import CheckSection, ClaimSection, StudySection
-from shakerproc.studies.study import Claim, Measure, Study, StudyRun, Variation, Warmth
+from shakerproc.studies.study import (
+    Claim,
+    Measure,
+    Study,
+    StudyRun,
+    Variation,
+    Warmth,
+    unit_of_place,
+)
 from shakerproc.units import near_miss, to_si
 
 BOUNDS: Final[tuple[Relation, ...]] = ("equals", "above", "below")
@@ -41,7 +48,7 @@ def read_claim(document: Document[StudySection]) -> Claim | None:
         _check(document, ("claim", "checks", i), one) for i, one in enumerate(section.checks)
     ]
     if section.falls_with is not None or section.rises_with is not None:
-        checks.insert(0, _check(document, ("claim",), _own_trend(section)))
+        checks.insert(0, _check(document, ("claim",), _claimed_trend(section)))
     elif section.quantity is not None:
         raise document.error(
             ("claim", "quantity"), "claim: quantity: belongs to falls with or rises with"
@@ -51,7 +58,7 @@ def read_claim(document: Document[StudySection]) -> Claim | None:
     return Claim(section.statement, tuple(checks), section.comment, tuple(filter(None, notes)))
 
 
-def _own_trend(section: ClaimSection) -> CheckSection:
+def _claimed_trend(section: ClaimSection) -> CheckSection:
     """Return the trend that a claim states beside its checks, as a check."""
     said = section.model_dump(
         by_alias=True, include={"quantity", "falls_with", "rises_with"}, exclude_none=True

@@ -1,14 +1,243 @@
-"""Results of a study: tables, and panels that any drawing program can draw."""
+"""Results of a study: tables, panels that any program can draw, checks with a tolerance.
 
-from collections.abc import Mapping
+A verdict is the outcome of checks and of nothing else. What a study file says in words (its
+statement, its comment) is a caption.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias, final
+from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.studies.checks import Checked, Verdict, sentence_of, verdict_of
+
+Trend: TypeAlias = Literal["falls", "rises", "changes"]
+Relation: TypeAlias = Literal["equals", "above", "below"]
+Verdict: TypeAlias = Literal["held", "held in part", "did not hold", "not checked"]
+
+VERDICTS: Final[tuple[Verdict, ...]] = ("held", "held in part", "did not hold", "not checked")
+MOST_SHOWN: Final = 12
+"""Values of a quantity that a sentence lists; of more it gives the range."""
+
+_WORDS: Final = {
+    "neither": "goes up and down",
+    "stays": "stays the same",
+    "falls": "falls",
+    "rises": "rises",
+    "unknown": "is not known everywhere",
+}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Check:
+    """Condition on a quantity.
+
+    Attributes
+    ----------
+    quantity : str
+        Its name, unit at the end.
+    relation : str
+        ``equals``, ``above`` or ``below`` a bound in every case; ``falls``, ``rises`` or
+        ``changes`` with a parameter.
+    bound : float
+        Value to compare with, in the SI unit of the quantity.
+    within : float, optional
+        How far an equal value may lie from the bound, or a trend stray: a share of the bound
+        where `relative`, else in the unit of the quantity; by default a trend may stray by
+        the resolution of the quantity.
+    relative : bool
+        Whether `within` is a share.
+    along : str
+        Name of the parameter of a trend.
+    """
+
+    quantity: str
+    relation: Relation | Trend
+    bound: float = float("nan")
+    within: float | None = None
+    relative: bool = False
+    along: str = ""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """A check and its outcome.
+
+    Attributes
+    ----------
+    quantity : str
+        Name, with its unit.
+    values : tuple of float
+        What was found, in the order of the cases.
+    found : str
+        The same for people: the trend, the numbers.
+    wanted : str
+        What was wanted of it, with the tolerance.
+    passed, of : int
+        In how many cases, or groups of them, it came true.
+    """
+
+    quantity: str
+    values: tuple[float, ...]
+    found: str
+    wanted: str
+    passed: int
+    of: int
+
+    @property
+    def held(self) -> bool:
+        """Whether it came true everywhere."""
+        return 0 < self.of == self.passed
+
+    def __str__(self) -> str:
+        """Return the quantity, its values, what was wanted and how often it came true."""
+        often = f", so in {self.passed} of {self.of}" if 0 < self.passed < self.of else ""
+        return f"{self.quantity} {self.found} (wanted: {self.wanted}{often})"
+
+
+def verdict_of(checks: Sequence[Checked]) -> Verdict:
+    """Return the verdict of checks: all, some or none of their cases came true."""
+    if not sum(check.of for check in checks):
+        return "not checked"
+    passed = sum(check.passed for check in checks)
+    if all(check.held for check in checks):
+        return "held"
+    return "held in part" if passed else "did not hold"
+
+
+def sentence_of(checks: Sequence[Checked]) -> str:
+    """Return the verdict with every check behind it, for people."""
+    verdict = verdict_of(checks)
+    if not checks:
+        return verdict
+    return f"{verdict}: {'; '.join(str(check) for check in checks)}"
+
+
+def equals(
+    quantity: str,
+    values: Sequence[float] | FloatArray | float,
+    bound: float,
+    within: float,
+    *,
+    relative: bool = False,
+) -> Checked:
+    """Return whether values lie within a tolerance of a bound.
+
+    Parameters
+    ----------
+    quantity : str
+        Name with unit.
+    values : float or (n,) array
+        What was found [any unit].
+    bound, within : float
+        What was wanted, and how far from it a value may lie [unit of the values].
+    relative : bool
+        Whether the tolerance is a share of the bound.
+    """
+    found = np.atleast_1d(np.asarray(values, np.float64))
+    far = within * abs(bound) if relative else within
+    text = f"{100.0 * within:.3g} %" if relative else f"{within:.3g}"
+    near = np.abs(found - bound) <= far
+    return _bounded(quantity, found, near, f"{bound:.6g} within {text}")
+
+
+def above(quantity: str, values: Sequence[float] | FloatArray | float, bound: float) -> Checked:
+    """Return whether values lie above a bound. Both are in the same unit."""
+    found = np.atleast_1d(np.asarray(values, np.float64))
+    return _bounded(quantity, found, found > bound, f"above {bound:.6g}")
+
+
+def below(quantity: str, values: Sequence[float] | FloatArray | float, bound: float) -> Checked:
+    """Return whether values lie below a bound. Both are in the same unit."""
+    found = np.atleast_1d(np.asarray(values, np.float64))
+    return _bounded(quantity, found, found < bound, f"below {bound:.6g}")
+
+
+def trends(
+    quantity: str,
+    groups: Sequence[tuple[FloatArray, FloatArray, FloatArray]],
+    wanted: Trend,
+    along: str,
+) -> Checked:
+    """Return whether a quantity falls, rises or changes with a parameter in every group.
+
+    Parameters
+    ----------
+    quantity : str
+        Name with unit.
+    groups : sequence of three (n,) arrays
+        Parameter, quantity and its resolution, of cases that differ in this parameter alone
+        [any unit].
+    wanted : str
+        ``falls``, ``rises`` or ``changes``.
+    along : str
+        Name of the parameter.
+    """
+    found = [trend_of(x, y, slack) for x, y, slack in groups]
+    changed = {"falls", "rises", "neither"}
+    passed = sum(one in changed if wanted == "changes" else one == wanted for one in found)
+    slack = max((float(np.max(one[2])) for one in groups), default=0.0)
+    ordered = [y[np.argsort(x, kind="stable")] for x, y, _ in groups]
+    if all(one in {"falls", "rises"} for one in found):
+        numbers = "; ".join(f"{y[0]:.4g} to {y[-1]:.4g}" for y in ordered)
+    else:
+        numbers = "; ".join(shown(y.tolist()) for y in ordered)
+    words = " or ".join(_WORDS[one] for one in sorted(set(found)))
+    return Checked(
+        quantity,
+        tuple(float(value) for y in ordered for value in y),
+        f"{words} with {along}, {numbers}",
+        f"{wanted} with {along}, tolerance {slack:.3g}",
+        passed,
+        len(groups),
+    )
+
+
+def trend_of(x: FloatArray, y: FloatArray, slack: FloatArray | float) -> str:
+    """Return how a quantity changes: ``falls``, ``rises``, ``neither``, ``stays``, ``unknown``.
+
+    Parameters
+    ----------
+    x, y : (n,) array
+        Parameter and quantity [any unit].
+    slack : float or (n,) array
+        Resolution of the quantity: what a step the other way may amount to, and what the
+        change in all must exceed [unit of the quantity].
+    """
+    order = np.argsort(x, kind="stable")
+    values, room = y[order], np.broadcast_to(slack, y.shape)[order]
+    if not np.all(np.isfinite(values)) or values.size < 2:
+        return "unknown"
+    change, may = np.diff(values), np.maximum(room[1:], room[:-1])
+    total, least = float(values[-1] - values[0]), float(max(room[0], room[-1]))
+    if np.ptp(values) <= float(np.max(room)):
+        return "stays"
+    if np.all(change <= may) and total < -least:
+        return "falls"
+    if np.all(change >= -may) and total > least:
+        return "rises"
+    return "neither"
+
+
+def shown(values: Sequence[float]) -> str:
+    """Return values for a sentence; of many only the range. `values` may be in any unit."""
+    if len(values) <= MOST_SHOWN:
+        return ", ".join(f"{value:.4g}" for value in values)
+    known = [value for value in values if np.isfinite(value)]
+    if not known:
+        return "no value"
+    return f"{min(known):.4g} to {max(known):.4g}"
+
+
+def _bounded(quantity: str, found: FloatArray, true: NDArray[np.bool_], wanted: str) -> Checked:
+    values = tuple(float(value) for value in found)
+    passed = int(np.count_nonzero(true))
+    return Checked(quantity, values, shown(values), wanted, passed, found.size)
+
 
 Columns: TypeAlias = Mapping[str, NDArray[np.generic]]
 

@@ -51,7 +51,9 @@ def run_study(
         If a job fails where it runs.
     """
     kind, jobs = KINDS[study.kind], jobs_of(study)
-    found = {i: kept for i, job in enumerate(jobs) if (kept := _kept(study, job, folder))}
+    found = {
+        i: kept for i, job in enumerate(jobs) if (kept := _earlier_finding(study, job, folder))
+    }
     for i in found:
         _tell(progress, jobs[i])
     tasks = [Task(str(i), (study, job)) for i, job in enumerate(jobs) if i not in found]
@@ -81,7 +83,7 @@ def compute(given: tuple[Study, StudyJob]) -> Mapping[str, str]:
     return {"columns": base64.b64encode(buffer.getvalue()).decode("ascii")}
 
 
-def _kept(study: Study, job: StudyJob, folder: Path | None) -> JobFinding | None:
+def _earlier_finding(study: Study, job: StudyJob, folder: Path | None) -> JobFinding | None:
     """Return the finding of an earlier run, if it left a file."""
     path = None if folder is None else folder / f"{_key(study, job)}.npz"
     return _finding(path.read_bytes()) if path is not None and path.is_file() else None

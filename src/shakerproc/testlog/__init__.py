@@ -6,7 +6,6 @@ What reads it is loaded when it is first asked for: a process that works on a te
 from typing import TYPE_CHECKING, Any
 
 from shakerproc.late import loaded
-from shakerproc.testlog.analyses import ResponseFunction
 from shakerproc.testlog.excitation import (
     BROADBAND,
     PULSES,
@@ -27,6 +26,7 @@ from shakerproc.testlog.processing import (
     NotchFilter,
     Peaks,
     Processing,
+    ResponseFunction,
     ThresholdCrop,
     TimeCrop,
     Tolerance,

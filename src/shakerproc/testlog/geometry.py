@@ -13,8 +13,7 @@ from shakerproc.geometry import Place, Wireframe
 from shakerproc.geometry.data_sets import UffError
 from shakerproc.geometry.universal import read_wireframe
 from shakerproc.geometry.wireframe import LEAST, problem_of
-from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.paths import Below, csv_cells
+from shakerproc.testlog.fields import Below, MisfitError, csv_cells
 from shakerproc.testlog.schema import ChannelSection, GeometrySection
 from shakerproc.units import quoted, to_si
 

@@ -8,28 +8,26 @@ from pydantic import BaseModel
 
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
-from shakerproc.testlog.analyses import (
+from shakerproc.testlog.excitation import threshold_of
+from shakerproc.testlog.fields import MisfitError
+from shakerproc.testlog.one_test import Expectation
+from shakerproc.testlog.processing import (
+    Crop,
     Distribution,
     Dwell,
     Fatigue,
     Integration,
+    Modal,
     Octaves,
     Orders,
+    Processing,
     ResponseFunction,
     Shock,
     ShownSpectrogram,
     Splitting,
-    Waterfall,
-)
-from shakerproc.testlog.excitation import threshold_of
-from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.one_test import Expectation
-from shakerproc.testlog.processing import (
-    Crop,
-    Modal,
-    Processing,
     ThresholdCrop,
     TimeCrop,
+    Waterfall,
     Welch,
 )
 from shakerproc.testlog.processing_sections import (
@@ -106,7 +104,7 @@ def merged_processing(
     MisfitError
         If what comes out does not fit together.
     """
-    given = _given(section)
+    given = _set_fields(section)
     band = base.band if section.band is None else (section.band.low, section.band.high)
     if section.band is not None and section.band.low >= section.band.high:
         raise MisfitError("expected from below to", "band", "to")
@@ -137,22 +135,24 @@ def merged_processing(
         peaks=_overridden(base.peaks, section.peaks),
         notch=notch,
         tolerance=tolerance,
-        shock=_asked(base.shock, section.shock, Shock(), "shock"),
-        octaves=_asked(base.octaves, section.octaves, Octaves(), "octaves"),
-        distribution=_asked(
+        shock=_settings_of(base.shock, section.shock, Shock(), "shock"),
+        octaves=_settings_of(base.octaves, section.octaves, Octaves(), "octaves"),
+        distribution=_settings_of(
             base.distribution, section.distribution, Distribution(), "distribution"
         ),
-        orders=_asked(base.orders, section.orders, Orders(), "orders"),
-        dwell=_asked(base.dwell, section.dwell, Dwell(), "dwell"),
-        waterfall=_asked(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
-        spectrogram=_asked(
+        orders=_settings_of(base.orders, section.orders, Orders(), "orders"),
+        dwell=_settings_of(base.dwell, section.dwell, Dwell(), "dwell"),
+        waterfall=_settings_of(base.waterfall, section.waterfall, Waterfall(), "waterfall"),
+        spectrogram=_settings_of(
             base.spectrogram, section.spectrogram, ShownSpectrogram(), "spectrogram"
         ),
-        splitting=_asked(base.splitting, section.splitting, Splitting(), "splitting"),
-        fatigue=_asked(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
+        splitting=_settings_of(base.splitting, section.splitting, Splitting(), "splitting"),
+        fatigue=_settings_of(base.fatigue, section.fatigue, Fatigue(), "fatigue"),
         uncertainty=given.get("uncertainty", base.uncertainty),
         response_functions=_functions(base, section),
-        integration=_asked(base.integration, section.integration, Integration(), "integration"),
+        integration=_settings_of(
+            base.integration, section.integration, Integration(), "integration"
+        ),
         hammer=_overridden(base.hammer, section.hammer),
         inherited=base.inherited - section.model_fields_set,
     )
@@ -185,7 +185,7 @@ def _functions(base: Processing, section: ProcessingSection) -> tuple[ResponseFu
     return tuple(found)
 
 
-def _asked(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:
+def _settings_of(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:
     """Return the settings of an analysis; None where neither log nor test asks for it.
 
     Raises
@@ -230,12 +230,12 @@ def merged_expectation(base: Expectation, section: ExpectSection) -> Expectation
     return _overridden(base, section)
 
 
-def _given(section: BaseModel) -> dict[str, Any]:
+def _set_fields(section: BaseModel) -> dict[str, Any]:
     return {name: getattr(section, name) for name in section.model_fields_set}
 
 
 def _overridden(base: T, section: BaseModel, without: Sequence[str] = ()) -> T:
-    given = {name: v for name, v in _given(section).items() if name not in without}
+    given = {name: v for name, v in _set_fields(section).items() if name not in without}
     if not given:
         return base
     kept = {name: getattr(base, name) for name in base.__dataclass_fields__}  # type: ignore[attr-defined]
@@ -305,7 +305,7 @@ def _threshold_crop(
     MisfitError
         If the channel is none of the log's, or the threshold no acceleration or force.
     """
-    given = _given(section)
+    given = _set_fields(section)
     if "threshold" in given:
         try:
             given["threshold"] = threshold_of(section.threshold)

@@ -16,8 +16,8 @@ from shakerproc.testlog.excitation import (
     Multisine,
     Profile,
 )
+from shakerproc.testlog.fields import is_inside
 from shakerproc.testlog.header import Instrument
-from shakerproc.testlog.paths import is_inside
 from shakerproc.testlog.processing import Processing
 from shakerproc.units import is_same_unit, quoted
 
@@ -31,7 +31,7 @@ RATE_TOLERANCE = 1e-4
 
 @final
 @dataclass(frozen=True, slots=True)
-class Beside:
+class FurtherRecording:
     """Channels of the same time from another recorder, or from another group of the file.
 
     Attributes
@@ -209,7 +209,7 @@ class Test:
     folder: Path | None = None
     profile: Profile | None = None
     continued: tuple[str, ...] = ()
-    beside: tuple[Beside, ...] = ()
+    beside: tuple[FurtherRecording, ...] = ()
     events: tuple[Event, ...] = ()
     multisine: Multisine | None = None
     tones: tuple[DemandedTone, ...] = ()
@@ -327,9 +327,11 @@ def nominal_duration(test: Test) -> float | None:
 def _departures(test: Test, recording: Recording) -> Iterator[str]:
     expect = test.expect
     if expect.duration is not None:
-        yield from _apart("s", expect.duration, recording.duration, expect.duration_tolerance)
+        yield from _difference(
+            "s", expect.duration, recording.duration, expect.duration_tolerance
+        )
     if expect.sample_rate is not None:
-        yield from _apart("Hz", expect.sample_rate, recording.sample_rate, RATE_TOLERANCE)
+        yield from _difference("Hz", expect.sample_rate, recording.sample_rate, RATE_TOLERANCE)
     if expect.channels is not None:
         yield from _other_count(expect.channels, recording)
     if expect.unit is not None:
@@ -338,7 +340,7 @@ def _departures(test: Test, recording: Recording) -> Iterator[str]:
         yield from _other_hash(expect.sha256, recording.file.first_sha256())
 
 
-def _apart(unit: str, wanted: float, found: float, tolerance: float) -> Iterator[str]:
+def _difference(unit: str, wanted: float, found: float, tolerance: float) -> Iterator[str]:
     if abs(found - wanted) > tolerance * wanted:
         yield f"the log expects {wanted:.7g} {unit}, the recording has {found:.7g} {unit}"
 

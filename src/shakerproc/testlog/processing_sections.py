@@ -7,7 +7,6 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 
 from shakerproc.data import BadRows
 from shakerproc.documents import FromList, Section
-from shakerproc.testlog.analyses import Baseline
 from shakerproc.testlog.excitation import (
     LEVELS,
     Amount,
@@ -17,8 +16,8 @@ from shakerproc.testlog.excitation import (
     Multisine,
     level_of,
 )
-from shakerproc.testlog.fields import Decibels, Hertz, Seconds, Text
-from shakerproc.testlog.misfit import MisfitError
+from shakerproc.testlog.fields import Decibels, Hertz, MisfitError, Seconds, Text
+from shakerproc.testlog.processing import Baseline
 from shakerproc.units import in_unit, is_unit_of, near_miss, quoted, to_si
 
 _NUMBER: Final = "+-0123456789.eE "

@@ -11,8 +11,7 @@ from typing import Final, TypeAlias, final
 from shakerproc.errors import LogError
 from shakerproc.numerals import numeral
 from shakerproc.testlog.excitation import LEVELS, LevelUnit, Profile, ProfileNotch
-from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.paths import csv_cells
+from shakerproc.testlog.fields import MisfitError, csv_cells
 from shakerproc.testlog.processing import Tolerance
 from shakerproc.testlog.schema import ProfileSection, TestSection
 from shakerproc.units import is_unit_of, near_miss, quoted, to_si
@@ -215,8 +214,8 @@ def _joined(
             )
     alarm = tolerance.alarm if section.alarm is None else section.alarm
     abort = max(tolerance.abort, alarm) if section.abort is None else section.abort
-    alarms = _held([row.alarm for row in rows], alarm)
-    aborts = _held([row.abort for row in rows], abort)
+    alarms = _stepwise_tolerances([row.alarm for row in rows], alarm)
+    aborts = _stepwise_tolerances([row.abort for row in rows], abort)
     for i, (near, far) in enumerate(zip(alarms, aborts, strict=True)):
         if near > far:
             raise place(i, f"expected alarm at most abort, got {near:g} dB and {far:g} dB")
@@ -253,7 +252,7 @@ def _notches(section: ProfileSection, frequency: Sequence[float]) -> tuple[Profi
     return tuple(ProfileNotch(n.low, n.high, n.depth) for n in section.notches)
 
 
-def _held(values: Sequence[float | None], first: float) -> tuple[float, ...]:
+def _stepwise_tolerances(values: Sequence[float | None], first: float) -> tuple[float, ...]:
     """Return tolerances that hold from their breakpoint up to the next one that has its own."""
     held, found = first, []
     for value in values:

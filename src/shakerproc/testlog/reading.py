@@ -8,12 +8,11 @@ from typing import Literal, final
 
 from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
-from shakerproc.testlog.checking import Sharing, check_keys
 from shakerproc.testlog.excitation import LevelUnit, Profile, level_of, rate_of, tidy
+from shakerproc.testlog.fields import Below, MisfitError, relative_path
 from shakerproc.testlog.geometry import geometry_of, seated
-from shakerproc.testlog.header import Header, Shaker, Specimen
-from shakerproc.testlog.limits import limits_of
-from shakerproc.testlog.log import TestLog
+from shakerproc.testlog.header import Header, Shaker, Specimen, limits_of
+from shakerproc.testlog.log import Sharing, TestLog, check_keys
 from shakerproc.testlog.merging import (
     merged_channels,
     merged_expectation,
@@ -21,9 +20,7 @@ from shakerproc.testlog.merging import (
     modal_of,
     sample_rate_of,
 )
-from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.one_test import Beside, Event, Expectation, Tag, Test
-from shakerproc.testlog.paths import Below, relative_path
+from shakerproc.testlog.one_test import Event, Expectation, FurtherRecording, Tag, Test
 from shakerproc.testlog.processing import Processing
 from shakerproc.testlog.processing_sections import multisine_of, tones_of
 from shakerproc.testlog.profiles import fitting_profile, profile_of
@@ -175,7 +172,9 @@ class _Reader:
             folder=self.recordings.folder,
             profile=profile,
             continued=self._continued(i, section),
-            beside=tuple(self._beside(i, j, one) for j, one in enumerate(section.beside)),
+            beside=tuple(
+                self._further_recording(i, j, one) for j, one in enumerate(section.beside)
+            ),
             multisine=multisine_of(section.multisine),
             tones=tones,
             events=tuple(Event(event.at, event.note) for event in section.events),
@@ -248,7 +247,7 @@ class _Reader:
                     raise MisfitError("expected each file once")
         return tuple(map(relative_path, section.continued))
 
-    def _beside(self, i: int, j: int, section: BesideSection) -> Beside:
+    def _further_recording(self, i: int, j: int, section: BesideSection) -> FurtherRecording:
         """Return the further parts of a test, beside its recording.
 
         Raises
@@ -270,7 +269,7 @@ class _Reader:
                 raise MisfitError("expected recording or group: where the channels are")
             with _At(self.document, "tests", i, "beside", j, "channels"):
                 channels = self._channels({}, section.channels)
-            return Beside(
+            return FurtherRecording(
                 None if name is None else relative_path(name),
                 channels,
                 section.group,

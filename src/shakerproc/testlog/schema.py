@@ -22,6 +22,7 @@ from shakerproc.testlog.fields import (
     Identity,
     Length,
     Metre,
+    MisfitError,
     Remark,
     SensitivityText,
     Text,
@@ -36,7 +37,6 @@ from shakerproc.testlog.header import (
     checked_template,
     chosen_units,
 )
-from shakerproc.testlog.misfit import MisfitError
 from shakerproc.testlog.processing_sections import (
     BandSection,
     MultisineSection,

@@ -13,10 +13,14 @@ from shakerproc.data import ROLE_UNITS, Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
 from shakerproc.errors import LogError
 from shakerproc.late import without_xlsx
-from shakerproc.testlog.fields import CHANNEL_UNITS
+from shakerproc.testlog.fields import (
+    CHANNEL_UNITS,
+    Below,
+    MisfitError,
+    csv_cells,
+    relative_path,
+)
 from shakerproc.testlog.header import Specimen
-from shakerproc.testlog.misfit import MisfitError
-from shakerproc.testlog.paths import Below, csv_cells, relative_path
 from shakerproc.testlog.schema import LogSection, SpecimenSection, SpecimensFile
 from shakerproc.units import fits_sensitivity, near_miss, quoted
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.studies.checks import Checked, Trend, Verdict, trends, verdict_of
 from shakerproc.studies.kinds.grid import PeakOfRun, peak_of_run
+from shakerproc.studies.results import Checked, Trend, Verdict, trends, verdict_of
 from shakerproc.studies.study import Measure, StudyRun
 
 PERIODOGRAM: Final = Measure()

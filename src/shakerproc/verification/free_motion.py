@@ -10,10 +10,16 @@ from scipy.integrate import solve_ivp
 
 from shakerproc.data import FloatArray
 from shakerproc.simulation import closed_forms
-from shakerproc.studies.checks import Checked, above, below
 from shakerproc.studies.kinds.grid import PeakOfRun
-from shakerproc.studies.readings import half_cycle_scatter, period_of, spectrum
-from shakerproc.studies.simulated import signal_of, simulated, strobe
+from shakerproc.studies.readings import (
+    half_cycle_scatter,
+    period_of,
+    signal_of,
+    simulated,
+    spectrum,
+    strobe,
+)
+from shakerproc.studies.results import Checked, above, below
 from shakerproc.studies.study import Measure, StudyRun
 from shakerproc.verification.base import (
     ClaimFinding,

@@ -10,7 +10,7 @@ from shakerproc.simulation.harmonic_balance import (
     difference_from_simulation,
     frequency_response,
 )
-from shakerproc.studies.checks import below
+from shakerproc.studies.results import below
 from shakerproc.studies.study import StudyRun
 from shakerproc.verification.base import (
     STIFFNESS,

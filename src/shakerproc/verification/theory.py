@@ -7,7 +7,7 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.simulation import closed_forms
-from shakerproc.studies.checks import above, below, equals
+from shakerproc.studies.results import above, below, equals
 from shakerproc.verification.base import ClaimFinding
 
 _LAST_DIGIT: Final = 5e-6  # half of the last digit of 0.00155 mm

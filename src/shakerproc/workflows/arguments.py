@@ -1,17 +1,22 @@
-"""Arguments of a caller, checked: a wrong type is told the one expected."""
+"""Arguments of a caller, checked: values, logs and models, machines."""
 
-from collections.abc import Collection, Iterable, Mapping
+import os
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from math import isfinite
 from numbers import Integral, Real
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from shakerproc.errors import ArgumentError
-from shakerproc.testlog import TestLog
+from shakerproc.executors import AbstractExecutor, ClusterExecutor, Limits, ProcessExecutor
+from shakerproc.model_files import ModelFile, read_model_file
+from shakerproc.models import Model
+from shakerproc.testlog import TestLog, read_testlog
 
 AnyPath: TypeAlias = str | PathLike[str]
 
@@ -25,7 +30,7 @@ def path_of(name: str, given: Any, what: str) -> Path:
         If it is neither a text nor a path.
     """
     if not isinstance(given, (str, PathLike)) or not isinstance(fspath(given), str):
-        raise ArgumentError(name, f"expected the path of {what}, got {told(given)}")
+        raise ArgumentError(name, f"expected the path of {what}, got {argument_text(given)}")
     return Path(given)
 
 
@@ -56,7 +61,7 @@ def log_of(given: Any, name: str = "log") -> TestLog:
     if isinstance(given, TestLog):
         return given
     raise ArgumentError(
-        name, f"expected a test log, as read_log(path) returns it, got {told(given)}"
+        name, f"expected a test log, as read_log(path) returns it, got {argument_text(given)}"
     )
 
 
@@ -70,7 +75,7 @@ def text_of(name: str, given: Any, what: str = "a text") -> str:
     """
     if isinstance(given, str):
         return given
-    raise ArgumentError(name, f"expected {what}, got {told(given)}")
+    raise ArgumentError(name, f"expected {what}, got {argument_text(given)}")
 
 
 def switch_of(name: str, given: Any) -> bool:
@@ -83,7 +88,7 @@ def switch_of(name: str, given: Any) -> bool:
     """
     if isinstance(given, (bool, np.bool_)):
         return bool(given)
-    raise ArgumentError(name, f"expected True or False, got {told(given)}")
+    raise ArgumentError(name, f"expected True or False, got {argument_text(given)}")
 
 
 def whole_of(name: str, given: Any, least: int, most: int | None = None) -> int:
@@ -98,7 +103,7 @@ def whole_of(name: str, given: Any, least: int, most: int | None = None) -> int:
     if whole and least <= given and (most is None or given <= most):
         return int(given)
     span = f"from {least}" if most is None else f"from {least} to {most}"
-    raise ArgumentError(name, f"expected a whole number {span}, got {told(given)}")
+    raise ArgumentError(name, f"expected a whole number {span}, got {argument_text(given)}")
 
 
 def number_of(name: str, given: Any) -> float:
@@ -130,7 +135,7 @@ def positive_of(name: str, given: Any) -> float:
 
 
 def within_of(name: str, given: Any, least: float, most: float) -> float:
-    """Return a number within limits.
+    """Return a number within limits, in their unit.
 
     Raises
     ------
@@ -147,7 +152,7 @@ def _real(name: str, given: Any) -> float:
     if not isinstance(given, bool) and isinstance(given, Real):
         with suppress(OverflowError):
             return float(given)
-    raise ArgumentError(name, f"expected a number, got {told(given)}")
+    raise ArgumentError(name, f"expected a number, got {argument_text(given)}")
 
 
 def list_of(name: str, given: Any, what: str) -> tuple[Any, ...]:
@@ -160,7 +165,7 @@ def list_of(name: str, given: Any, what: str) -> tuple[Any, ...]:
     """
     if isinstance(given, Iterable) and not isinstance(given, (str, bytes, Mapping)):
         return tuple(given)
-    raise ArgumentError(name, f"expected a list of {what}, got {told(given)}")
+    raise ArgumentError(name, f"expected a list of {what}, got {argument_text(given)}")
 
 
 def choice_of(
@@ -183,10 +188,145 @@ def choice_of(
     raise ArgumentError(name, f"no {none} {given!r}; there are {there}")
 
 
-def told(given: object) -> str:
+def argument_text(given: object) -> str:
     """Return the given argument, for a message."""
     if isinstance(given, (str, bytes, int, float)) or given is None:
         text = repr(given)
         return text if len(text) <= 60 else f"{text[:57]}..."
     kind = type(given)
     return f"an object of the class {kind.__module__}.{kind.__qualname__}"
+
+
+def read_log(path: AnyPath) -> TestLog:
+    """Return the test log that a YAML file describes.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    TestLog
+        Its tests in order (``log.tests``), those that were run (``log.active``), and one of
+        them by its id (``log.find(3)``).
+
+    Raises
+    ------
+    ArgumentError
+        If `path` is no path of a file.
+    DocumentError
+        If the file is not strict YAML, or something in it is unknown, missing or without
+        unit; with line and column.
+    """
+    return read_testlog(file_of("path", path, "a test log"))
+
+
+def read_model(path: AnyPath) -> ModelFile:
+    """Return the model that a YAML file describes.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    ModelFile
+        The model (``.model``) and the file, whose comments a new model keeps.
+
+    Raises
+    ------
+    ArgumentError
+        If `path` is no path of a file.
+    DocumentError
+        If the file is not strict YAML, or something in it is unknown, missing, without unit or
+        not physical; with line and column.
+    """
+    return read_model_file(file_of("path", path, "a model"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GivenModel:
+    """A model, and the file it is from, if it is from one.
+
+    Attributes
+    ----------
+    model : Model
+        The model.
+    file : ModelFile, optional
+        Where it stands.
+    """
+
+    model: Model
+    file: ModelFile | None = None
+
+
+def model_of(given: Any, name: str = "model") -> GivenModel:
+    """Return a model: as read from a file, as a result holds it, or as made in Python.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if isinstance(given, ModelFile):
+        return GivenModel(given.model, given)
+    if isinstance(given, Model):
+        return GivenModel(given)
+    raise ArgumentError(
+        name, f"expected a model, as read_model(path) returns it, got {argument_text(given)}"
+    )
+
+
+LONG: Final = 7 * 86400.0
+"""How long a part of a study or a diagnosis may take on a cluster [s]."""
+
+MUCH: Final = 1e12
+"""What it may allocate there [byte]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Machines:
+    """Where the tests of a log are processed.
+
+    Attributes
+    ----------
+    workers : int, optional
+        Processes at a time; by default one for each processor. A cluster has its own number.
+    time_limit : float
+        Longest time for one test [s].
+    memory_limit : float
+        Most that one test may allocate [byte].
+    scheduler : str, optional
+        Address of a dask scheduler; this machine alone where there is none.
+    recordings : str, optional
+        Folder or URL of the recordings as the workers see it; by default the log's folder.
+    """
+
+    workers: int | None = None
+    time_limit: float = 600.0
+    memory_limit: float = 4e9
+    scheduler: str | None = None
+    recordings: str | None = None
+
+    def executor(self, prepare: Callable[[], None] | None = None) -> AbstractExecutor:
+        """Return the executor that runs the tests."""
+        limits = Limits(self.time_limit, self.memory_limit)
+        if self.scheduler is not None:
+            quiet_cluster()
+            return ClusterExecutor(self.scheduler, limits, prepare)
+        return ProcessExecutor(self.workers or os.cpu_count() or 1, limits, prepare)
+
+    def source(self, log: TestLog) -> str:
+        """Return where the recordings are, as the workers see it."""
+        return str(log.folder) if self.recordings is None else self.recordings
+
+
+def quiet_cluster() -> None:
+    """Keep what dask logs of workers that come and go from the terminal; we say what counts."""
+    try:
+        import dask
+    except ImportError:
+        return  # the executor will say so
+    dask.config.set({"logging": {"distributed": "critical", "distributed.client": "critical"}})

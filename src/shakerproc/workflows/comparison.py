@@ -1,13 +1,14 @@
-"""A model compared with tests of a log, driven or decaying: what `shakerproc compare` does."""
+"""A model compared with tests of a log or with response functions: `shakerproc compare`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Final, final
 
-from shakerproc import files
+from shakerproc import __version__, files
 from shakerproc.comparison import (
     COLUMNS,
+    Comparison,
     compare_tests,
     document_of,
     rows_of,
@@ -15,7 +16,6 @@ from shakerproc.comparison import (
     sentence,
     usable_tests,
 )
-from shakerproc.comparison import Comparison as Compared
 from shakerproc.comparison.decay_departures import (
     curve_columns,
     decay_rows,
@@ -23,16 +23,18 @@ from shakerproc.comparison.decay_departures import (
     sentence_of_decays,
     sentences_of,
 )
-from shakerproc.comparison.decays import DecayComparison as ComparedDecays
-from shakerproc.comparison.decays import compare_decays
-from shakerproc.comparison.document import modes_document
+from shakerproc.comparison.decays import DecayComparison, compare_decays
+from shakerproc.comparison.document import mode_tables, modes_document
 from shakerproc.comparison.modes import ComparedModes, compared_modes
+from shakerproc.comparison.response_functions import FunctionComparison, compare_functions
 from shakerproc.errors import ArgumentError, DiagnosisError, ShakerprocError
 from shakerproc.models import Model
-from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import choice_of, log_of, switch_of
+from shakerproc.recordings.response_functions import read_functions
+from shakerproc.report.evidence.functions import function_report
+from shakerproc.report.page.page import write_report
+from shakerproc.testlog import Modal, TestLog
+from shakerproc.workflows.arguments import choice_of, log_of, model_of, switch_of
 from shakerproc.workflows.evidence import check_same
-from shakerproc.workflows.reading import model_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -40,12 +42,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from shakerproc.comparison import Measured
-    from shakerproc.report.evidence.decays import Decays
+    from shakerproc.report.evidence.functions import Decays
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class DecayComparison(Shown):
+class ShownDecayComparison(Shown):
     """A model compared with free decays: frequency and damping against amplitude.
 
     Attributes
@@ -56,8 +58,8 @@ class DecayComparison(Shown):
         Those of the older model.
     """
 
-    found: ComparedDecays
-    before: ComparedDecays | None = None
+    found: DecayComparison
+    before: DecayComparison | None = None
 
     @property
     def model(self) -> Model:
@@ -95,14 +97,14 @@ class DecayComparison(Shown):
     @property
     def drawn(self) -> "Decays":
         """The content of the report's figures."""
-        from shakerproc.report.evidence.decays import Decays
+        from shakerproc.report.evidence.functions import Decays
 
         return Decays(self.found, self.before)
 
     @property
     def figures(self) -> tuple[str, ...]:
         """Names of the figures that `plot` draws."""
-        from shakerproc.report.evidence.decays import panels_of
+        from shakerproc.report.evidence.functions import panels_of
 
         return tuple(panels_of(self.drawn))
 
@@ -119,7 +121,7 @@ class DecayComparison(Shown):
         ArgumentError
             If there is no such figure.
         """
-        from shakerproc.report.evidence.decays import panels_of
+        from shakerproc.report.evidence.functions import panels_of
         from shakerproc.report.figures import style
         from shakerproc.report.runs.analyses import draw_panel
 
@@ -140,7 +142,7 @@ class DecayComparison(Shown):
         figures: bool,
     ) -> Path:
         """Write tables, figures and the page; return the page."""
-        from shakerproc.report.evidence.decays import decay_report, draw_decays
+        from shakerproc.report.evidence.functions import decay_report, draw_decays
         from shakerproc.report.page.page import write_report
 
         rows = self.rows
@@ -168,7 +170,7 @@ def compare_free_decays(
     fit: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
-) -> DecayComparison:
+) -> ShownDecayComparison:
     """Return a comparison of decays, told of what is going on and of faulty channels.
 
     Raises
@@ -188,7 +190,7 @@ def compare_free_decays(
         )
     found = compare_decays(model, log, tell=tell, warn=warn)
     if before is None:
-        return DecayComparison(found)
+        return ShownDecayComparison(found)
     old = compare_decays(before, log, tell=tell)
     if before.sensors.keys() != model.sensors.keys():
         raise DiagnosisError(
@@ -196,12 +198,12 @@ def compare_free_decays(
             "overlaid sensor by sensor"
         )
     check_same(*([test.measured for test in one.tests] for one in (old, found)))
-    return DecayComparison(found, old)
+    return ShownDecayComparison(found, old)
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Comparison(Shown):
+class ShownComparison(Shown):
     """A model compared with every test of a log: where, and by how much, they disagree.
 
     Attributes
@@ -214,8 +216,8 @@ class Comparison(Shown):
         Modes of the gentlest test beside those of the model, where it has several coordinates.
     """
 
-    found: Compared
-    before: Compared | None = None
+    found: Comparison
+    before: Comparison | None = None
     modes: ComparedModes | None = None
 
     @property
@@ -298,7 +300,7 @@ class Comparison(Shown):
 
 def compare(
     model: Any, log: TestLog, *, before: Any = None, fit: bool = False
-) -> Comparison | DecayComparison:
+) -> ShownComparison | ShownDecayComparison:
     """Return where, and by how much, a model and the tests of a log disagree.
 
     Parameters
@@ -314,7 +316,7 @@ def compare(
 
     Returns
     -------
-    Comparison or DecayComparison
+    ShownComparison or ShownDecayComparison
         Errors as shares of the measured response [-], tables and figures; where nothing drives
         the model, frequency and damping against amplitude.
 
@@ -334,7 +336,7 @@ def compare(
 
 def compare_any(
     model: Model, log: TestLog, *, before: Model | None = None, fit: bool = False
-) -> Comparison | DecayComparison:
+) -> ShownComparison | ShownDecayComparison:
     """Return a comparison with whole tests, or with decays where nothing drives a model."""
     how = compare_free_decays if model.excitation.role is None else compare_models
     return how(model, log, before=before, fit=fit)
@@ -348,7 +350,7 @@ def compare_models(
     fit: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
-) -> Comparison:
+) -> ShownComparison:
     """Return a comparison, told of what is going on and of faulty channels; see `compare`."""
     usable = given = usable_tests(log, model)
     usable.tell(warn)
@@ -359,13 +361,15 @@ def compare_models(
     found = compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
     modes = _modes(found, log, warn)
     if before is None and not fit:
-        return Comparison(found, modes=modes)
+        return ShownComparison(found, modes=modes)
     old = compare_tests(before or model, given.tests, left_out=given.left_out, tell=tell)
     old, found = scored_alike(old, found, tell=tell)
-    return Comparison(found, old, modes)
+    return ShownComparison(found, old, modes)
 
 
-def _modes(found: Compared, log: TestLog, warn: Callable[[str], None]) -> ComparedModes | None:
+def _modes(
+    found: Comparison, log: TestLog, warn: Callable[[str], None]
+) -> ComparedModes | None:
     """Return modes of test and model; None where one place alone moves or has sensors."""
     sensed = {sensor.at for sensor in found.model.sensors.values()}
     if found.model.n_coordinates < 2 or len(sensed) < 2 or found.model.excitation.imposed:
@@ -375,3 +379,98 @@ def _modes(found: Compared, log: TestLog, warn: Callable[[str], None]) -> Compar
     except ShakerprocError as error:
         warn(f"modes of test and model are not compared: {error}")
         return None
+
+
+SCHEMA: Final = "shakerproc-compare-functions/1"
+FUNCTION_COLUMNS: Final = (
+    "response", "input", "error_percent", "frac", "peak_hz", "model_peak_hz", "coherence",
+)  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ComparedFile:
+    """A model beside the response functions of a file.
+
+    Attributes
+    ----------
+    found : FunctionComparison
+        Errors, functions and modes.
+    path : Path
+        The file.
+    """
+
+    found: FunctionComparison
+    path: Path
+
+    @property
+    def rows(self) -> list[tuple[Any, ...]]:
+        """A row for each function, as functions.csv."""
+        found = self.found
+        return [
+            (
+                one.response, one.input, 100.0 * one.error, one.frac, found.peak(one.measured),
+                found.peak(one.model),
+                None if one.coherence is None else float(one.coherence.mean()),
+            )
+            for one in found.functions
+        ]  # fmt: skip
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the comparison as compare.json holds it."""
+        found = self.found
+        return {
+            "schema": SCHEMA,
+            "version": __version__,
+            "model": found.model.title,
+            "functions_file": self.path.name,
+            "functions_sha256": found.measured.sha256,
+            "band_hz": [float(found.frequency[0]), float(found.frequency[-1])],
+            "error": found.error,
+            "sentence": found.sentence,
+            "functions": [dict(zip(FUNCTION_COLUMNS, row, strict=True)) for row in self.rows],
+            "modes": None if found.modes is None else modes_document(found.modes),
+            "notes": list(found.notes),
+        }
+
+    def write(self, folder: Path, command: str, inputs: Sequence[tuple[str, str, str]]) -> Path:
+        """Write tables and page; return the page."""
+        files.write_json(folder / "compare.json", self.as_json())
+        table = {name: [row[i] for row in self.rows] for i, name in enumerate(FUNCTION_COLUMNS)}
+        files.write_csv(folder / "functions.csv", table)
+        for name, columns in mode_tables(self.found.modes).items():
+            files.write_csv(folder / name, columns)
+        page = folder / "report.html"
+        write_report(page, function_report(self.found, command, tuple(inputs)))
+        return page
+
+
+def compare_file(model: Model, path: Path, at: Sequence[str] = ()) -> ComparedFile:
+    """Return a model beside the response functions of a file.
+
+    Parameters
+    ----------
+    model : Model
+        Its linear part is compared.
+    path : Path
+        UFF, CSV or MAT.
+    at : sequence of str
+        ``NAME=PLACE``: the sensor or place of the model that a name of the file stands for.
+
+    Raises
+    ------
+    ArgumentError
+        If one of `at` is no pair of names.
+    """
+    measured = read_functions(path)
+    return ComparedFile(compare_functions(model, measured, _pairs(at), Modal()), path)
+
+
+def _pairs(at: Sequence[str]) -> Mapping[str, str]:
+    found = {}
+    for one in at:
+        name, _, place = one.partition("=")
+        if not name.strip() or not place.strip():
+            raise ArgumentError("at", f"expected NAME=PLACE, got {one!r}")
+        found[name.strip()] = place.strip()
+    return found

@@ -7,21 +7,19 @@ from typing import TYPE_CHECKING, Any, final
 
 from pydantic import TypeAdapter
 
-from shakerproc.campaign.remote import at_hand
+from shakerproc.campaign.jobs import at_hand
 from shakerproc.comparison import Usable
 from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 from shakerproc.diagnosis.headline import probability_text
-from shakerproc.diagnosis.result import Diagnosis as Found
+from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import log_of, whole_of
-from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.reading import model_of
+from shakerproc.workflows.arguments import Machines, log_of, model_of, whole_of
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -73,7 +71,7 @@ def judged(
     seed: int,
     progress: Callable[[str], None],
     comparisons: Comparisons | None = None,
-) -> Found:
+) -> Diagnosis:
     """Return a diagnosis; on a cluster it is one task, for its steps are too short to send.
 
     Raises
@@ -94,12 +92,12 @@ def judged(
             f"{log.path.name}: the worker read other recordings than this machine (another "
             "SHA-256); give all machines the same recordings."
         )
-    return TypeAdapter(Found).validate_json(outcome.value["diagnosis"])
+    return TypeAdapter(Diagnosis).validate_json(outcome.value["diagnosis"])
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Diagnosis(Shown):
+class ShownDiagnosis(Shown):
     """Which effect a model lacks, how surely, and which test would settle it.
 
     Attributes
@@ -108,7 +106,7 @@ class Diagnosis(Shown):
         The whole of it, typed.
     """
 
-    found: Found
+    found: Diagnosis
 
     @property
     def verdict(self) -> str:
@@ -164,7 +162,7 @@ class Diagnosis(Shown):
         return html(self.verdict, told, self.errors, self.effects, self.to_pandas())
 
 
-def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> Diagnosis:
+def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> ShownDiagnosis:
     """Return which effect a model lacks, how surely, and which test would settle it.
 
     Parameters
@@ -187,4 +185,4 @@ def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> Diagnosis:
     """
     known, tests = model_of(model).model, log_of(log)
     number = whole_of("seed", seed, 0)
-    return Diagnosis(diagnose_tests(known, tests, tests_of(tests, known), seed=number))
+    return ShownDiagnosis(diagnose_tests(known, tests, tests_of(tests, known), seed=number))

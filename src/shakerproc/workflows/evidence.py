@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.models import Model
-    from shakerproc.report.evidence.decays import Decays
+    from shakerproc.report.evidence.functions import Decays
     from shakerproc.report.evidence.models import Models
     from shakerproc.report.page.methods import Methods
     from shakerproc.report.page.sections import ReportSection
@@ -87,7 +87,7 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
     if evidence is NONE:
         return ()
     from shakerproc import files
-    from shakerproc.report.evidence.modes import mode_sections
+    from shakerproc.report.evidence.functions import mode_sections
     from shakerproc.report.evidence.sections import sections
     from shakerproc.report.evidence.tables import tables
 
@@ -96,7 +96,7 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
     found = [*sections(evidence.models, evidence.diagnosis), *mode_sections(evidence.modes)]
     if evidence.decays is None:
         return found
-    from shakerproc.report.evidence.decays import decay_sections
+    from shakerproc.report.evidence.functions import decay_sections
 
     return [*found, *decay_sections(evidence.decays)]
 
@@ -200,7 +200,7 @@ def decays_judged(
     from shakerproc.comparison.decays import DecayComparison, decays_of
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import ShakerprocError
-    from shakerproc.report.evidence.decays import Decays
+    from shakerproc.report.evidence.functions import Decays
 
     if model.excitation.role is not None:
         return None

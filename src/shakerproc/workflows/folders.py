@@ -24,7 +24,7 @@ def checked_folder(folder: Path | None) -> Path | None:
     return folder
 
 
-def own_folder(folder: Path, command: str) -> None:
+def check_result_folder(folder: Path, command: str) -> None:
     """Pass a folder that a command may write its results into, before the long work.
 
     Raises
@@ -34,7 +34,8 @@ def own_folder(folder: Path, command: str) -> None:
     ShakerprocError
         If it holds the results of another command.
     """
-    from shakerproc.campaign.manifest import check_owner  # commands without results need it not
+    # commands without results need it not
+    from shakerproc.campaign.result_folder import check_owner
 
     checked_folder(folder)
     check_owner(folder, command)

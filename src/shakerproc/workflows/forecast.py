@@ -22,8 +22,14 @@ from shakerproc.forecasts.notch_plan import (
 from shakerproc.forecasts.notches import profile_csv, profile_yaml
 from shakerproc.models import Model
 from shakerproc.testlog import Test, TestLog, level_of
-from shakerproc.workflows.arguments import log_of, switch_of, text_of, whole_of, within_of
-from shakerproc.workflows.reading import model_of
+from shakerproc.workflows.arguments import (
+    log_of,
+    model_of,
+    switch_of,
+    text_of,
+    whole_of,
+    within_of,
+)
 from shakerproc.workflows.shown import Shown, frame_of_rows, html
 
 if TYPE_CHECKING:

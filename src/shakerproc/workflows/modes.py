@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
-from shakerproc.campaign.mode_trends import told_of_modes
+from shakerproc.campaign.trends import mode_shifts
 from shakerproc.errors import ArgumentError
 from shakerproc.modal.analysis import ModalAnalysis, TestModes
-from shakerproc.modal.from_functions import analyse_functions
-from shakerproc.modal.from_log import analyse_log
+from shakerproc.modal.from_measurements import analyse_functions, analyse_log
 from shakerproc.recordings.response_functions import holds_functions, read_functions
 from shakerproc.testlog import Modal, Test, TestLog
 from shakerproc.workflows.arguments import (
@@ -126,7 +125,7 @@ class Modes(Shown):
         return ModeShape(one, whole_of("mode", mode, 1, one.modes.poles.size) - 1)
 
     def _repr_html_(self) -> str:
-        told = [*told_of_modes(self.found), *self.found.notes]
+        told = [*mode_shifts(self.found), *self.found.notes]
         told += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
         told += [f"test {one.name}: {note}" for one in self.found.tests for note in one.notes]
         names = ["test", "mode", "frequency_hz", "damping", "damping_low", "damping_high"]
@@ -152,7 +151,7 @@ class ModeShape(Shown):
     @property
     def svg(self) -> str:
         """The moving picture, whole in itself, as an SVG file holds it."""
-        from shakerproc.report.modal.shapes import moving_shape
+        from shakerproc.report.modal.figures import moving_shape
         from shakerproc.report.page.page import svg_file
 
         one, shape = self.test, self.test.modes.shapes[self.number]

@@ -12,7 +12,7 @@ from shakerproc.recordings.raw import AS_STATED
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.workflows.arguments import AnyPath, file_of, number_of, switch_of, text_of
-from shakerproc.workflows.option_values import sampling_of
+from shakerproc.workflows.processing_options import sampling_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final, Unpack, final
 from shakerproc import files
 from shakerproc.campaign import tables
 from shakerproc.campaign.jobs import SUMMARY, Products, input_of
-from shakerproc.campaign.manifest import SINGLE
-from shakerproc.campaign.result_folder import check_folder, locked, put_in_place
+from shakerproc.campaign.result_folder import SINGLE, check_folder, locked, put_in_place
 from shakerproc.data import Recording
 from shakerproc.errors import ArgumentError
 from shakerproc.numerals import numeral
@@ -27,17 +26,16 @@ from shakerproc.runs.tables import spectra_columns
 from shakerproc.testlog import Processing, Test, facts_of
 from shakerproc.workflows.arguments import (
     AnyPath,
+    argument_text,
     choice_of,
     file_of,
     list_of,
     path_of,
     switch_of,
     text_of,
-    told,
 )
-from shakerproc.workflows.folders import own_folder
-from shakerproc.workflows.option_values import Options, unit_of
-from shakerproc.workflows.processing_options import described
+from shakerproc.workflows.folders import check_result_folder
+from shakerproc.workflows.processing_options import Options, described, unit_of
 from shakerproc.workflows.recording import OpenedRecording
 from shakerproc.workflows.shown import Shown, frame, html
 from shakerproc.workflows.worker import title_of, write_products
@@ -215,7 +213,7 @@ def _what(given: object) -> tuple[Path, Test]:
         raise ArgumentError(
             "recording",
             "expected what open_recording(path) returns, a test of a log, or the path of a "
-            f"recording, got {told(given)}",
+            f"recording, got {argument_text(given)}",
         )
     path = file_of("recording", given, "a recording")
     return path, Test(id=path.stem)
@@ -256,7 +254,7 @@ def process_file(
         If the recording cannot be used, or the folder holds the results of another.
     """
     if out is not None:
-        own_folder(out, SINGLE)
+        check_result_folder(out, SINGLE)
     with open_path(path, test, controls=controls, unit=unit) as opened:
         first = "" if opened.file is None else opened.file.first_sha256()
         if out is not None:

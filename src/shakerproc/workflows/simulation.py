@@ -16,8 +16,7 @@ from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import SimulatedResponse as Simulated
 from shakerproc.simulation import simulate as simulated
-from shakerproc.workflows.arguments import positive_of, switch_of, told
-from shakerproc.workflows.reading import model_of
+from shakerproc.workflows.arguments import argument_text, model_of, positive_of, switch_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -137,7 +136,7 @@ def _samples(given: Any) -> FloatArray:
     try:
         samples = np.asarray(given, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
-        raise ArgumentError("excitation", f"{wanted}, got {told(given)}") from error
+        raise ArgumentError("excitation", f"{wanted}, got {argument_text(given)}") from error
     if samples.ndim != 1 or samples.size == 0:
         raise ArgumentError("excitation", f"{wanted}, got one of shape {samples.shape}")
     if not np.all(np.isfinite(samples)):

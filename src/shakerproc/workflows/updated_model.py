@@ -23,14 +23,15 @@ from shakerproc.testlog import TestLog
 from shakerproc.units import near_miss, to_si
 from shakerproc.workflows.arguments import (
     AnyPath,
+    GivenModel,
+    argument_text,
     list_of,
     log_of,
+    model_of,
     path_of,
     switch_of,
-    told,
 )
 from shakerproc.workflows.folders import checked_folder
-from shakerproc.workflows.reading import GivenModel, model_of
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -286,7 +287,9 @@ def check_kind(effect: Any) -> None:
         If there is none of that name.
     """
     if not isinstance(effect, str):
-        raise ArgumentError("effect", f"expected the name of an effect, got {told(effect)}")
+        raise ArgumentError(
+            "effect", f"expected the name of an effect, got {argument_text(effect)}"
+        )
     if effect not in EFFECTS:
         meant = near_miss(effect, list(EFFECTS))
         question = f"; did you mean {meant}?" if meant else f"; there are {', '.join(EFFECTS)}"
@@ -303,7 +306,8 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
     """
     if not isinstance(given, Mapping):
         raise ArgumentError(
-            "start", f'expected numbers such as {{"clearance": "0.1 mm"}}, got {told(given)}'
+            "start",
+            f'expected numbers such as {{"clearance": "0.1 mm"}}, got {argument_text(given)}',
         )
     known = EFFECTS[effect].estimated()
     found: dict[str, float | str] = {}

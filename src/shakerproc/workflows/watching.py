@@ -1,34 +1,102 @@
 """A folder watched while it is measured, and its log, drafted where nobody wrote one."""
 
+import os
 import re
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
 from shakerproc import files
-from shakerproc.campaign.arrivals import FileStamp, Looked, looked, recordings_in, standing
+from shakerproc.campaign import result_folder
 from shakerproc.campaign.batch import CampaignResult, Progress
 from shakerproc.campaign.jobs import Products, folder_names
-from shakerproc.campaign.manifest import read_manifest
+from shakerproc.campaign.result_folder import read_manifest
 from shakerproc.errors import LogError, RecordingError, ShakerprocError
+from shakerproc.recordings import READERS
 from shakerproc.recordings.raw import Sampling
 from shakerproc.report.page.page import Watched, tried_header
 from shakerproc.runs import RunSummary
 from shakerproc.testlog import TestLog, ThresholdCrop, read_testlog
-from shakerproc.workflows.campaign import run_log
+from shakerproc.workflows.arguments import Machines
+from shakerproc.workflows.campaign import TrendWish, run_log, units_of, write_up
 from shakerproc.workflows.draft import (
+    SeenRecording,
     controls_of_seen,
     crop_of,
     entries,
     log_text,
-    own_channels,
+    seen_of,
     test_lines,
+    unusual_channels,
 )
-from shakerproc.workflows.machines import Machines
-from shakerproc.workflows.recordings_seen import SeenRecording, seen_of
-from shakerproc.workflows.write_up import TrendWish, units_of, write_up
+
+_OURS: Final = frozenset({result_folder.LOCK, result_folder.NAME})
+"""A folder with one of these holds results, of which some have the ending of a recording."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FileStamp:
+    """Size and time of a file, by which a change is seen.
+
+    Attributes
+    ----------
+    size : int
+        Length [byte].
+    modified : int
+        Time of the last change, as the file system has it [ns].
+    """
+
+    size: int
+    modified: int
+
+
+Looked: TypeAlias = Mapping[Path, tuple[FileStamp, float]]
+"""The stamp of each file, and when it was first seen so, by the clock of whoever looks [s]."""
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the recordings in a folder and the folders in it, but for folders of results."""
+    found = []
+    for name, below, names in os.walk(folder):
+        if not _OURS.isdisjoint(names):
+            below.clear()
+            continue
+        below[:] = sorted(one for one in below if not one.startswith("."))
+        found += [
+            Path(name, one)
+            for one in sorted(names)
+            if not one.startswith(".") and Path(one).suffix.lower() in READERS
+        ]
+    return found
+
+
+def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
+    """Return the stamps of files; a stamp that was seen before keeps the time of then.
+
+    A file without content has not begun, and one that cannot be asked is not there.
+
+    `now` is a time of the clock [s].
+    """
+    found: dict[Path, tuple[FileStamp, float]] = {}
+    for path in paths:
+        try:
+            status = path.stat()
+        except OSError:
+            continue
+        stamp = FileStamp(status.st_size, status.st_mtime_ns)
+        if stamp.size:
+            same = path in before and before[path][0] == stamp
+            found[path] = before[path] if same else (stamp, now)
+    return found
+
+
+def finished_files(seen: Looked, settle: float, now: float) -> dict[Path, FileStamp]:
+    """Return the files that have stood still for `settle` [s]."""
+    return {path: stamp for path, (stamp, since) in seen.items() if now - since >= settle}
+
 
 LOG: Final = "testlog.yaml"
 """Name of the log that is drafted in a watched folder."""
@@ -173,7 +241,8 @@ class DraftedLog:
             )
         usual = self._usual(log)
         own = {
-            path: own_channels(one, usual, controls_of_seen(one), "none") + _own_crop(log, one)
+            path: unusual_channels(one, usual, controls_of_seen(one), "none")
+            + _quiet_crop(log, one)
             for path, one in seen.items()
         }
         lines = test_lines(own, log.folder, {str(test.id) for test in log.tests})
@@ -188,7 +257,7 @@ class DraftedLog:
         return {}
 
 
-def _own_crop(log: TestLog, seen: SeenRecording) -> str:
+def _quiet_crop(log: TestLog, seen: SeenRecording) -> str:
     """Return the threshold of a recording that is too quiet for that of the log."""
     crop = log.tests[0].processing.crop if log.tests else None
     controls = controls_of_seen(seen)
@@ -283,7 +352,7 @@ class Watch:
             paths = {*recordings_in(self.folder), *self._files()}
             now = time.monotonic()
             seen = looked(before, paths, now)
-            still = standing(seen, pace.settle, now)
+            still = finished_files(seen, pace.settle, now)
             if self._look(still, pace) or len(still) < len(seen):
                 changed = time.monotonic()
             if pace.idle is not None and time.monotonic() - changed >= pace.idle:
@@ -381,7 +450,7 @@ def _sentence(run: RunSummary, before: str) -> str:
     again = " again: the recording changed" if before and before != run.sha256 else ""
     state = "up to its last complete row: " if run.incomplete else ""
     odd = ", ".join(dict.fromkeys(flag.kind for flag in run.flags))
-    how = f"{state}{run.told_status}" if run.incomplete else run.told_status
+    how = f"{state}{run.status_text}" if run.incomplete else run.status_text
     return f"test {run.test} ({run.recording}){again}: {how}{f'; flags: {odd}' if odd else ''}"
 
 

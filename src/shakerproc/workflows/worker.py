@@ -6,7 +6,7 @@ from typing import Any
 from shakerproc import files
 from shakerproc.campaign.exports import EXPORTS
 from shakerproc.campaign.jobs import SUMMARY, Job, Products, check_recording
-from shakerproc.campaign.manifest import hashes
+from shakerproc.campaign.result_folder import hashes
 from shakerproc.campaign.trends import shown
 from shakerproc.data import Recording
 from shakerproc.late import loaded

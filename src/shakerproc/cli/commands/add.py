@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
@@ -53,11 +53,11 @@ def add(
 
     Nothing is written where the held-out error does not fall by more than its standard error.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.model_files import read_model_file
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import updated_model
-    from shakerproc.workflows.reading import GivenModel
+    from shakerproc.workflows.arguments import GivenModel
 
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():
@@ -91,7 +91,7 @@ def add(
         once.message(note)
     found.save(new, modes=modes)
     _tell(effect, found.added, new, json)
-    next_step.say("see whether the error has fallen", json, "compare", new, testlog)
+    messages.say("see whether the error has fallen", json, "compare", new, testlog)
 
 
 def _pairs(given: list[str]) -> dict[str, str]:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands import EVIDENCE, MACHINES, TRENDS
 
 if TYPE_CHECKING:
     from shakerproc.campaign.batch import CampaignResult
     from shakerproc.report.page.sections import ReportSection
     from shakerproc.testlog import TestLog
-    from shakerproc.workflows.write_up import TrendWish
+    from shakerproc.workflows.campaign import TrendWish
 
 LONGEST_S = 7 * 86400.0
 """A week."""
@@ -138,16 +138,16 @@ def batch(
     from shakerproc.cli.batch_output import tell, work_through_log
     from shakerproc.report.page.page import tried_header
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.arguments import Machines
+    from shakerproc.workflows.campaign import TrendWish, units_of, write_up
     from shakerproc.workflows.processing_options import with_averaging
-    from shakerproc.workflows.write_up import TrendWish, units_of, write_up
 
     options.exclusive(
         "--workers", *(["--scheduler"] if workers is not None and scheduler is not None else [])
     )
     log = read_testlog(testlog)
     log.recorded()
-    output.say_left_out(log)
+    output.say_planned_tests(log)
     _check_trends(log, trend or [], _words(by))
     _check_channel(log, channel)
     averaging = {
@@ -195,7 +195,7 @@ def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) 
     """Say what comes next, of a log that no model was compared with; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
-        next_step.after_batch(to_compare, json)
+        messages.after_batch(to_compare, json)
     if "failed" in states:
         output.finish(1)
 
@@ -204,7 +204,7 @@ def _modes(
     log: "TestLog", root: Path, json: str | None, *, figures: bool
 ) -> "list[ReportSection]":
     """Return the section of the modes, which are found, written and told."""
-    from shakerproc.cli.modal_output import modes_of_batch
+    from shakerproc.cli.batch_output import modes_of_batch
     from shakerproc.report.modal.sections import section_of_modes
 
     return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
@@ -221,10 +221,10 @@ def _with_more(
     further: "Sequence[ReportSection]",
 ) -> dict[str, Any]:
     """Write the campaign up once more, with a model's comparison and diagnosis, or modes."""
-    from shakerproc.campaign.remote import at_hand
+    from shakerproc.campaign.jobs import at_hand
     from shakerproc.diagnosis.headline import headline
+    from shakerproc.workflows.campaign import write_up
     from shakerproc.workflows.evidence import NONE, held_against
-    from shakerproc.workflows.write_up import write_up
 
     evidence = NONE
     if model is not None:

@@ -11,8 +11,7 @@ from shakerproc.cli import output
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.campaign.agreement import ColumnTolerance, Deviation
-    from shakerproc.campaign.result_table import ResultTable
+    from shakerproc.campaign.agreement import ColumnTolerance, Deviation, ResultTable
 
 
 def check(
@@ -58,11 +57,10 @@ def check(
     if against is None:
         _check_profiles(table, json)
         return
-    from shakerproc.campaign.agreement import agreement
+    from shakerproc.campaign.agreement import agreement, read_table
     from shakerproc.campaign.keeping import expired_notes
-    from shakerproc.campaign.result_table import read_table
 
-    wanted = _wanted(columns, tolerance)
+    wanted = _tolerances(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
     try:
         result = agreement(found, reference, wanted)
@@ -117,14 +115,14 @@ def _check_profiles(table: Path, json: str | None) -> None:
         json,
     )
     for line in result.broken:
-        output.data(line.told, json_target=json)
+        output.data(line.sentence, json_target=json)
     for one in result.worst:
-        output.data(one.told, json_target=json)
+        output.data(one.sentence, json_target=json)
     for test, why in result.missing.items():
         output.data(f"test {test}: not judged: {why}", json_target=json)
     for note in expired_notes(result.path):
         output.message(f"note: {note}")
-    output.data(result.told, json_target=json)
+    output.data(result.sentence, json_target=json)
     if not result.holds:
         output.finish(1)
 
@@ -147,7 +145,7 @@ def _file_of(path: Path) -> Path:
     return peaks
 
 
-def _wanted(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
+def _tolerances(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
     """Return the tolerance of each column.
 
     Raises
@@ -179,7 +177,7 @@ def _wanted(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
 
 def _reason(table: "ResultTable", test: str) -> str:
     """Return why a run is missing, where the table of runs beside it says so."""
-    from shakerproc.campaign.result_table import read_table
+    from shakerproc.campaign.agreement import read_table
     from shakerproc.errors import TableError
 
     runs = table.path.parent / "runs.csv"
@@ -195,7 +193,7 @@ def _reason(table: "ResultTable", test: str) -> str:
 
 def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
     """Return one deviation as a line of text."""
-    from shakerproc.runs.levels import beside
+    from shakerproc.runs.levels import rounded_within
 
     place = [f"test {off.test}", off.channel, off.quantity]
     unit = f" {off.unit}" if off.unit else ""
@@ -205,10 +203,10 @@ def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
         pass
     elif tolerance.share is not None and off.wanted != 0.0:
         percent = 100.0 * (off.found - off.wanted) / abs(off.wanted)
-        by = f", off by {beside(percent, 100.0 * tolerance.share, 2)} %"
+        by = f", off by {rounded_within(percent, 100.0 * tolerance.share, 2)} %"
     else:
         decimals = max(0, 2 - math.floor(math.log10(abs(off.found - off.wanted))))
-        by = f", off by {beside(off.found - off.wanted, off.allowed, decimals)}{unit}"
+        by = f", off by {rounded_within(off.found - off.wanted, off.allowed, decimals)}{unit}"
     where = ", ".join(filter(None, place))
     return (
         f"{where}: {off.column}: {found}, wanted {off.wanted:.6g}{unit} +- {tolerance.text}{by}"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
@@ -77,7 +77,7 @@ def compare(
     Response functions that an analyser has exported are compared with those of the model's
     linear part, without a log.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.comparison import explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
@@ -95,7 +95,7 @@ def compare(
         raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
     announce()
-    folders.own_folder(folder, "compare")
+    folders.check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
@@ -130,7 +130,7 @@ def compare(
     output.data(sentence(found), json_target=json)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    next_step.after_comparing(model, log, json, explained=explained(found))
+    messages.after_comparing(model, log, json, explained=explained(found))
 
 
 def _functions(
@@ -146,11 +146,11 @@ def _functions(
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.workflows.functions import COLUMNS, compare_file
+    from shakerproc.workflows.comparison import FUNCTION_COLUMNS, compare_file
 
     if not alone:
         raise typer.BadParameter("--fit and --before are for test logs")
-    folders.own_folder(folder, "compare")
+    folders.check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
     compared = compare_file(model, given[1], at or [])
     found = compared.found
@@ -162,7 +162,7 @@ def _functions(
         page = compared.write(folder, output.command(), inputs)
     output.write_json(compared.as_json(), json)
     output.print_table(
-        COLUMNS,
+        FUNCTION_COLUMNS,
         compared.rows,
         title="Response functions, measured and of the model",
         json_target=json,
@@ -290,7 +290,7 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
 
 def _print(found: "Comparison", folder: Path, json: str | None, once: output.Once) -> None:
     """Print the errors of every test, and what was not said before."""
-    from shakerproc.runs.remarks import by_tests
+    from shakerproc.runs.summary import by_tests
 
     rows = []
     for test in found.tests:

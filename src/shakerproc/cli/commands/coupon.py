@@ -174,7 +174,7 @@ def _plays(described: "CouponFile", temperatures: list[float]) -> list[tuple[flo
     typer.BadParameter
         If the coupon file has no joint.
     """
-    from shakerproc.finite_elements.thermal import clearances_at
+    from shakerproc.finite_elements.coupon import clearances_at
 
     if not temperatures:
         return []
@@ -231,7 +231,7 @@ def _write(
 def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]") -> None:
     import numpy as np
 
-    from shakerproc.finite_elements.mindlin_plate import mindlin_modes
+    from shakerproc.finite_elements.annular_plate import mindlin_modes
     from shakerproc.report.figures import style
     from shakerproc.report.figures.to_png import save
     from shakerproc.report.models.coupon import frequencies_over_clamp, mode_shapes
@@ -272,7 +272,7 @@ def _write_model(
     in_plane: bool,
 ) -> None:
     from shakerproc.model_files import write_model
-    from shakerproc.model_files.coupon_model import in_plane_model, out_of_plane_model
+    from shakerproc.model_files.coupon_files import in_plane_model, out_of_plane_model
 
     ratio = damping_ratio if damping_ratio is not None else described.damping_ratio
     assert ratio is not None  # noqa: S101 - _check_model has seen to it

@@ -21,7 +21,7 @@ def demo(
     json: output.JsonOption = None,
 ) -> None:
     """Process the sample recordings, then find a gap that was hidden in a simulation."""
-    from shakerproc.cli.compiling import announce, compiled_ahead
+    from shakerproc.cli.messages import announce, compiled_ahead
 
     announce()
     with compiled_ahead() as wait_for_compiler:
@@ -74,9 +74,9 @@ def _processed(
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
     from shakerproc.cli.batch_output import tell, work_through_log
+    from shakerproc.workflows.arguments import Machines
+    from shakerproc.workflows.campaign import TrendWish, write_up
     from shakerproc.workflows.evidence import NONE
-    from shakerproc.workflows.machines import Machines
-    from shakerproc.workflows.write_up import TrendWish, write_up
 
     with locked(root):
         campaign = work_through_log(log, root, Products(figures=figures), Machines())

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
 
@@ -28,23 +28,23 @@ def diagnose(
 ) -> None:
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
-    from shakerproc.campaign.remote import at_hand
-    from shakerproc.cli.compiling import announce
+    from shakerproc.campaign.jobs import at_hand
+    from shakerproc.cli.messages import announce
     from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
-    from shakerproc.runs.remarks import by_tests
+    from shakerproc.runs.summary import by_tests
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import evidence
+    from shakerproc.workflows.arguments import LONG, MUCH, Machines
     from shakerproc.workflows.diagnosis import judged
-    from shakerproc.workflows.machines import LONG, MUCH, Machines
 
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    folders.own_folder(folder, "diagnose")
+    folders.check_result_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)
@@ -84,7 +84,7 @@ def diagnose(
         )
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    next_step.after_diagnosis(result, model, testlog, json)
+    messages.after_diagnosis(result, model, testlog, json)
 
 
 def show(result: "Diagnosis", json_target: str | None, numbers: str, once: output.Once) -> None:

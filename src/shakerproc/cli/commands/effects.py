@@ -13,7 +13,7 @@ from shakerproc.cli import options, output, tables
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from shakerproc.workflows.effect_documents import Kind
+    from shakerproc.workflows.effect_list import Kind
 
 _BLANK: Final = 0x2800
 _DOTS: Final = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
@@ -48,7 +48,7 @@ def curve(x: Sequence[float], y: Sequence[float], columns: int, rows: int) -> st
 
 def complete_kind(incomplete: str) -> list[str]:
     """Return the effects and faults that begin so, for the Tab key."""
-    from shakerproc.workflows.effect_documents import known_kinds
+    from shakerproc.workflows.effect_list import known_kinds
 
     return [kind for kind in known_kinds() if kind.startswith(incomplete)]
 
@@ -74,8 +74,8 @@ def effects(
     and with -o a picture of its loop and of what it makes of stiffness and damping as the
     level rises. With --out a folder with the pictures of all, and a page that shows them.
     """
-    from shakerproc.workflows.effect_documents import known_kinds
     from shakerproc.workflows.effect_list import effects as listed
+    from shakerproc.workflows.effect_list import known_kinds
 
     known = known_kinds()
     if kind is not None and kind not in known:

@@ -44,12 +44,11 @@ def init(
     if recordings is None:
         _simulated(folder)
     else:
-        _own(folder, recordings, said)
+        _begin_campaign(folder, recordings, said)
 
 
-def _own(folder: Path, recordings: Path, said: "Sampling") -> None:
-    from shakerproc.workflows.draft import begin
-    from shakerproc.workflows.recordings_seen import recordings_below
+def _begin_campaign(folder: Path, recordings: Path, said: "Sampling") -> None:
+    from shakerproc.workflows.draft import begin, recordings_below
 
     with output.progress("looking into", len(recordings_below(recordings))) as advance:
         log, model = begin(folder, recordings, said, advance, output.warning)

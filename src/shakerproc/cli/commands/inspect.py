@@ -81,7 +81,7 @@ def _show(
     recording: "Recording", groups: "tuple[RawGroup, ...]", json: str | None, *, health: bool
 ) -> None:
     from shakerproc.recordings import health as find_flags
-    from shakerproc.runs.remarks import unused_lines
+    from shakerproc.runs.summary import unused_lines
 
     path = recording.path or Path(recording.run)
     flags = find_flags(recording) if health else ()
@@ -225,11 +225,11 @@ def _listed(group: "RawGroup") -> dict[str, Any]:
 
 def _measurements(group: "RawGroup", json: str | None) -> None:
     """Tell the measurements that follow each other in a group, where there are several."""
-    from shakerproc.recordings.choosing import told_measurement
+    from shakerproc.recordings.choosing import measurement_text
 
     for number, part in enumerate(group.measurements, 1):
         apart = f", another {group.differs[number - 2]}" if number > 1 else ""
-        output.data(f"measurement {number}: {told_measurement(part)}{apart}", json_target=json)
+        output.data(f"measurement {number}: {measurement_text(part)}{apart}", json_target=json)
     if group.more:
         output.data(f"and {group.more} more measurements", json_target=json)
 

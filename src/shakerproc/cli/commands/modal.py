@@ -73,7 +73,7 @@ def modal(
     are chosen automatically and followed from test to test. Response functions that an analyser
     has exported are taken as they are, without a log.
     """
-    from shakerproc.cli.modal_output import print_analysis, write_folder
+    from shakerproc.cli.batch_output import print_analysis, write_folder
     from shakerproc.recordings.response_functions import holds_functions
     from shakerproc.testlog import Modal, read_testlog
     from shakerproc.workflows.modes import modes_of, modes_of_functions, wish_of
@@ -84,7 +84,7 @@ def modal(
             raise typer.BadParameter(
                 "--test, --against and --together are for test logs, not for response functions"
             )
-        folders.own_folder(folder, "modal")
+        folders.check_result_folder(folder, "modal")
         wish = wish_of(Modal(), band=_band(from_hz, to_hz), count=count, order=order)
         measured = modes_of_functions(log, wish)
         output.write_json(measured.as_json(), json)
@@ -93,12 +93,12 @@ def modal(
         output.message(f"results in {folder}")
         return
     read = read_testlog(log)
-    output.say_left_out(read)
+    output.say_planned_tests(read)
     wish = wish_of(read.modal, band=_band(from_hz, to_hz), count=count, order=order)
     wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
-    folders.own_folder(folder, "modal")
+    folders.check_result_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:
         found = modes_of(read, tests, wish, other, advance)

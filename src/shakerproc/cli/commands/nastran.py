@@ -188,7 +188,7 @@ def _write_study(
     from shakerproc.model_files.deck_of_model import deck_of_model
     from shakerproc.studies import read_study
     from shakerproc.studies.kinds.base import jobs_of
-    from shakerproc.studies.simulated import excitation_of
+    from shakerproc.studies.readings import excitation_of
 
     study = read_study(source)
     if study.model is None or study.run is None:
@@ -252,7 +252,7 @@ def _write_models(
     from shakerproc import files
     from shakerproc.exchange.nastran_decks import transient_deck
     from shakerproc.model_files.deck_of_model import deck_of_model
-    from shakerproc.studies.placing import placed
+    from shakerproc.studies.study import placed
 
     time, samples = excitation
     rows: list[dict[str, object]] = []
@@ -369,7 +369,7 @@ def _variation(model: "Model", text: str) -> DeckVariation:
     typer.BadParameter
         If it is not written as PLACE=VALUE,VALUE or the model has no such place.
     """
-    from shakerproc.studies.placing import unit_of_place
+    from shakerproc.studies.study import unit_of_place
     from shakerproc.units import to_si
 
     place, equals, values = text.partition("=")

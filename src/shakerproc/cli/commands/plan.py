@@ -171,16 +171,16 @@ def _joint(model: Path | None, joint: str | None) -> "AbstractJoint":
             raise typer.BadParameter("needs --model", param_hint="--joint")
         return FreeJoint()
     if joint is None:
-        return _told(joint_of_model(read_model(model)))
+        return _with_notes_said(joint_of_model(read_model(model)))
     places = [place.strip() for place in joint.split(",")]
     if len(places) != 2:
         raise typer.BadParameter(
             f"expected two places such as base,coupon, not {joint!r}", param_hint="--joint"
         )
-    return _told(joint_of_model(read_model(model), (places[0], places[1])))
+    return _with_notes_said(joint_of_model(read_model(model), (places[0], places[1])))
 
 
-def _told(joint: "AbstractJoint") -> "AbstractJoint":
+def _with_notes_said(joint: "AbstractJoint") -> "AbstractJoint":
     for note in getattr(joint, "notes", ()):
         output.warning(note)
     return joint
@@ -290,7 +290,7 @@ def _write(
     if figures and any(planned.shaken is not None for planned in plans):
         from shakerproc.report.figures import style
         from shakerproc.report.figures.to_png import save
-        from shakerproc.report.models.planning import plan_figure
+        from shakerproc.report.models.curves import plan_figure
 
         with style.look():
             made = plan_figure(plans, wish.joint, wish.limits, title)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import next_step, options, output
+from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands import CROP, TEST
 from shakerproc.numerals import numeral
 from shakerproc.workflows import folders
@@ -166,8 +166,7 @@ def process(
     """
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import folder_name
-    from shakerproc.workflows.option_values import unit_of
-    from shakerproc.workflows.processing_options import described
+    from shakerproc.workflows.processing_options import described, unit_of
     from shakerproc.workflows.run import process_file
 
     with options.usage():
@@ -208,7 +207,7 @@ def process(
             },
         )
     folder = Path(folder_name(recording, chosen)) if out is None else out
-    folders.own_folder(folder, "process")
+    folders.check_result_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = process_file(
         recording,
@@ -222,7 +221,7 @@ def process(
     _tell(summary)
     output.write_json(summary, json)
     _print(summary, folder, json)
-    next_step.after_processing(recording, log, json)
+    messages.after_processing(recording, log, json)
 
 
 def _tell(summary: "RunSummary") -> None:
@@ -286,7 +285,7 @@ def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | N
 def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
     from shakerproc.report.figures.units import USUAL
     from shakerproc.report.runs.in_units import run_in
-    from shakerproc.runs import peak_rows
+    from shakerproc.runs import tables
 
     summary = run_in(summary, USUAL)
     start, stop = summary.crop_s or (0.0, 0.0)
@@ -311,17 +310,17 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         spare=("crest factor", "role"),
         elsewhere=f"{folder / 'peaks.csv'} and statistics.csv",
     )
-    rows = peak_rows.peak_rows(summary)
+    rows = tables.peak_rows(summary)
     if rows:
-        output.data(f"resolved peaks of {peak_rows.quantity_of(summary)}:", json_target=json)
-        output.print_table(peak_rows.COLUMNS, [row.cells for row in rows], json_target=json)
-    swept = peak_rows.swept_rows(summary)
+        output.data(f"resolved peaks of {tables.quantity_of(summary)}:", json_target=json)
+        output.print_table(tables.COLUMNS, [row.cells for row in rows], json_target=json)
+    swept = tables.swept_rows(summary)
     if swept:
         output.data(
             "tallest points of the swept response, and what a slow sweep would show:",
             json_target=json,
         )
-        output.print_table(peak_rows.SWEPT_COLUMNS, swept, json_target=json)
+        output.print_table(tables.SWEPT_COLUMNS, swept, json_target=json)
     if summary.spectrum is not None:
         output.data(
             f"bins {numeral(summary.spectrum.bin_width_hz, 4)} Hz apart, "
@@ -329,9 +328,9 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
             json_target=json,
         )
     remarks = (
-        peak_rows.unresolved(summary, rows),
-        *peak_rows.withheld(rows),
-        peak_rows.steady_withheld(summary),
+        tables.unresolved(summary, rows),
+        *tables.withheld(rows),
+        tables.steady_withheld(summary),
     )
     for text in filter(None, remarks):
         output.data(text, json_target=json)

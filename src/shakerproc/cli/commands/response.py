@@ -74,7 +74,7 @@ def response(
     branch is unstable the motion jumps to another. Where the masses have free play, F / (k a)
     tells how strong the nonlinearity is.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.simulation import harmonic_balance as hb
 
     if any(not 2 <= order <= MOST_ORDER for order in subharmonic or []):
@@ -83,7 +83,9 @@ def response(
             param_hint="--subharmonic",
         )
     announce()
-    folders.own_folder(Path(f"{model.stem}_response") if out is None else out, "response")
+    folders.check_result_folder(
+        Path(f"{model.stem}_response") if out is None else out, "response"
+    )
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
@@ -243,7 +245,7 @@ def _write(
     if figures:
         from shakerproc.report.figures import style
         from shakerproc.report.figures.to_png import save
-        from shakerproc.report.models.response import response_figure
+        from shakerproc.report.models.curves import response_figure
 
         with style.look():
             save(response_figure(found, others, free, sensor), folder / "response.png")

@@ -92,7 +92,7 @@ def simulate(
     are written where the log expects them; with it, beside a copy of the log. Nothing that
     is there is replaced without --overwrite.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
     from shakerproc.model_files import read_model
     from shakerproc.planning import Staging
     from shakerproc.planning.rehearsal import USUAL_NOISE
@@ -118,7 +118,7 @@ def simulate(
     if is_log:
         wanted = [one.strip() for one in tests.split(",") if one.strip()]
         log, driven_by = read_hashed(read_testlog, excitation)
-        output.say_left_out(log)
+        output.say_planned_tests(log)
         with output.progress("simulate", len(wanted or log.active)) as advance:
             found = rehearse_campaign(
                 shaken, log, staging, folder=out, wanted=wanted, overwrite=overwrite,

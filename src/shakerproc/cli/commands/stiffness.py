@@ -137,10 +137,10 @@ def _of_specimen(
 
 
 def _warnings(found: "list[JointStiffness]", last: int) -> list[str]:
-    from shakerproc.exchange.tensile import all_alike
+    from shakerproc.exchange.tensile import indistinguishable
 
     texts = [STIFFENING.format(specimen=one.specimen) for one in found if not one.settled]
-    if last > 1 and all_alike(found, last=last):
+    if last > 1 and indistinguishable(found, last=last):
         texts.append(ALIKE)
     return texts
 

@@ -10,7 +10,7 @@ from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.studies import StudyResult
-    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.arguments import Machines
 
 
 def study(
@@ -38,7 +38,7 @@ def study(
     The peak frequency is always given with its estimator, the width of its bins, the direction
     of the sweep and, with free play, F / (k a), which alone decides the shape of the response.
     """
-    from shakerproc.cli.compiling import announce
+    from shakerproc.cli.messages import announce
 
     announce()
     if thesis == bool(files):
@@ -51,7 +51,7 @@ def study(
             )
         _thesis(out, json)
         return
-    from shakerproc.workflows.machines import LONG, MUCH, Machines
+    from shakerproc.workflows.arguments import LONG, MUCH, Machines
 
     documents = []
     for path in files or []:
@@ -83,7 +83,7 @@ def _run(
         output.message(f"note: {note}")
     total = len(jobs_of(read))
     folder = _folder(out, path)
-    folders.own_folder(folder, "study")
+    folders.check_result_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,
@@ -97,7 +97,7 @@ def _run(
         if figures:
             from shakerproc.report.figures import style
             from shakerproc.report.figures.to_png import save
-            from shakerproc.report.models.study import study_figure
+            from shakerproc.report.models.curves import study_figure
 
             with style.look():
                 save(study_figure(result), folder / "figure.png")
@@ -149,7 +149,7 @@ def _print(result: "StudyResult", json: str | None) -> None:
 
 def _thesis(out: Path | None, json: str | None) -> None:
     from shakerproc import files
-    from shakerproc.verification.claims import claims_page, thesis_claims
+    from shakerproc.verification import claims_page, thesis_claims
 
     with output.progress("statements of the thesis", len(thesis_claims())) as advance:
         outcomes = []

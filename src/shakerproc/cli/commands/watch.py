@@ -98,9 +98,9 @@ def watch(
     """
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
-    from shakerproc.workflows.machines import Machines
+    from shakerproc.workflows.arguments import Machines
+    from shakerproc.workflows.campaign import TrendWish
     from shakerproc.workflows.watching import Pace, Watch
-    from shakerproc.workflows.write_up import TrendWish
 
     said = options.sampling_of(
         sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts

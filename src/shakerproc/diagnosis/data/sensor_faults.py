@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.range_ends import range_ends
+from shakerproc.spectra.welch.blocks import range_ends
 
 REPEATED: Final = 8
 """Samples at a largest or smallest value from which on it is a limit: noise never repeats its

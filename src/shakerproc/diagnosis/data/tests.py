@@ -139,7 +139,7 @@ class Test:
 
     @property
     def error_band(self) -> tuple[float, float]:
-        """What the free-run error counts [Hz]."""
+        """Band in which the free-run error is counted [Hz]."""
         return self.arrays.error_band or self.arrays.band
 
     @property

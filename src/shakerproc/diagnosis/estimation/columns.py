@@ -30,7 +30,7 @@ def by_channels(at: Point, stack: Stack, outputs: FloatArray) -> list[FloatArray
 
 
 def flat(rows: FloatArray) -> FloatArray:
-    """Return what counts of all sensors one after the other, (n_members, n_residuals)."""
+    """Return counted residuals of all sensors one after the other, (n_members, n_residuals)."""
     return rows.reshape(len(rows), -1)
 
 

@@ -1,4 +1,4 @@
-"""What an effect has to meet to be fitted to longer windows."""
+"""Condition under which an effect is fitted to longer windows."""
 
 from dataclasses import dataclass
 from typing import Final, final
@@ -9,7 +9,7 @@ import numpy as np
 @final
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """What an effect has to meet to be fitted to longer windows.
+    """Condition under which an effect is fitted to longer windows.
 
     Attributes
     ----------

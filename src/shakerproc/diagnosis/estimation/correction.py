@@ -83,7 +83,7 @@ def turned(tests: Sequence[Test], signs: FloatArray, delay: FloatArray) -> tuple
 
 
 def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]:
-    """Return what the linear model leaves of every test, (n_sensors, n) arrays."""
+    """Return the residuals of the linear model in every test, (n_sensors, n) arrays."""
     out = []
     for test in tests:
         whole = np.array([(0, 0, test.n_samples)])

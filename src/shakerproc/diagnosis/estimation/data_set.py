@@ -91,7 +91,7 @@ class DataSet:
 
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
-        """What drives each test, prepared for the engine."""
+        """Excitation of each test, prepared for the engine."""
         if self.near:
             return tuple(
                 prepare_like(test.input, given)
@@ -144,7 +144,7 @@ class DataSet:
 
     @cached_property
     def sway_pieces(self) -> tuple[FloatArray, ...]:
-        """The same as pieces of inputs, (n, n_pieces, degree + 1) arrays."""
+        """Sway as pieces of inputs, (n, n_pieces, degree + 1) arrays."""
         return tuple(
             np.array([prepare_like(row, given).pieces for row in rows])
             for rows, given in zip(self.sways.signals, self.inputs, strict=True)

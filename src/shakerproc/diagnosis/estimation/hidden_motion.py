@@ -78,7 +78,7 @@ def elsewhere(
 
 
 def sizes(data: DataSet, model: Model) -> FloatArray:
-    """Return what a change of each number of a start is compared with, (n_motions,) array.
+    """Return the scale of each number of a start, (n_motions,) array.
 
     The largest of the motions in any test [m], [m/s]: what decays begins far above its rms.
     And the size of each state [its unit].

@@ -44,7 +44,7 @@ def estimates(fit: Fit, index: int) -> dict[str, Estimate]:
 
 
 def known_of(fit: Fit) -> tuple[Known, ...]:
-    """Return what the tests tell of numbers that they do not tell one by one."""
+    """Return combinations of numbers that the tests determine where not each one by itself."""
     every = dict(_own_numbers(fit))
     for i, one in enumerate(fit.hypothesis.added):
         kind = one.kind.replace("_", " ")

@@ -84,7 +84,7 @@ class Fit:
 
     @cached_property
     def settled(self) -> "dict[tuple[DataSet, Windows], Fit | None]":
-        """What `with_starts_fitted` made of it so far."""
+        """Starts that `with_starts_fitted` has fitted so far."""
         return {}
 
     @cached_property
@@ -125,7 +125,7 @@ class Fit:
 
     @cached_property
     def uncertainty(self) -> Uncertainty:
-        """What leaves these open, each with its source (see `Spread.uncertainty`)."""
+        """Standard deviations of these, each with its source (see `Spread.uncertainty`)."""
         return self._spread.uncertainty()
 
     @cached_property
@@ -266,6 +266,6 @@ def _expected(data: DataSet, of_tests: FloatArray, windows: Windows) -> FloatArr
 
 
 def perfect(data: DataSet) -> Channels:
-    """Return what sensors do that record what they should, in tests that are all alike."""
+    """Return the settings of ideal sensors in tests without differences."""
     n = data.n_sensors
     return np.ones(n), np.zeros(n), np.zeros_like(spreads_of(data))

@@ -1,4 +1,4 @@
-"""What numbers leave of windows as they are, without a fit."""
+"""Residuals of windows under given numbers, without a fit."""
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet

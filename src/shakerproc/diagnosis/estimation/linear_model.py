@@ -40,7 +40,7 @@ class LinearNumber:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearModel:
-    """What effects are judged on top of.
+    """Linear model on top of which effects are judged.
 
     Attributes
     ----------
@@ -66,16 +66,16 @@ class LinearModel:
     unusual: tuple[LinearNumber, ...]
 
     def with_mode(self, mode: Mode) -> "LinearModel":
-        """Return the same with one more mode that was found since."""
+        """Return the linear model with one more mode that was found since."""
         return replace(self, model=replace(self.model, modes=(*self.model.modes, mode)))
 
     def input_of(self, test: Test) -> FloatArray:
-        """Return what drives the model in a test: its controls, weighted, (n,) array."""
+        """Return the excitation of the model in a test: its controls, weighted, (n,) array."""
         mean = test.arrays.controls.mean(axis=1, keepdims=True)
         return np.asarray(self.chain.weights @ (test.arrays.controls - mean))
 
     def recorded(self, outputs: FloatArray, sample_rate: float) -> FloatArray:
-        """Return what the chain of measurement makes of simulated sensors, an array like them.
+        """Return simulated signals after the chain of measurement, an array like them.
 
         Parameters
         ----------

@@ -40,7 +40,7 @@ MODE_DAMPING: Final = (0.01, 1.0)
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """What lies between the motion and the samples.
+    """Chain of measurement between the motion and the samples.
 
     Attributes
     ----------
@@ -193,7 +193,7 @@ class LinearParameters:
         return Chain(np.exp(gains), delays, weights)
 
     def with_mode(self, place: str, frequency: float) -> "LinearParameters":
-        """Return the same with one more mode."""
+        """Return the parameters with one more mode."""
         return LinearParameters(self.model, self.n_controls, (*self.places, (place, frequency)))
 
 

@@ -80,7 +80,7 @@ class LinearTest:
         return 2 * (self.frequency.size - 1)
 
     def simulated(self, parameters: LinearParameters, values: FloatArray) -> FloatArray:
-        """Return what the sensors show, (n_sensors, n) array."""
+        """Return the signals of the sensors, (n_sensors, n) array."""
         response = sensor_responses(parameters.model_at(values), self.frequency)
         chain = parameters.chain_at(values)
         turn = np.exp(-2j * np.pi * self.frequency * chain.delays[:, np.newaxis])
@@ -153,7 +153,7 @@ def refined(test: LinearTest, parameters: LinearParameters, values: FloatArray) 
 def _density(
     test: Test, noise: FloatArray, bins: FloatArray, incoherent: FloatArray
 ) -> FloatArray:
-    """Return what a linear model cannot explain: noise, and what is not coherent beyond it."""
+    """Return the density that no linear model explains: noise, and incoherent response."""
     whole = spectra_of(test, test.responses)
     response = np.array([np.interp(bins, whole.frequency, row) for row in psd(whole)])
     found: FloatArray = np.maximum(noise, incoherent) + RELATIVE**2 * response
@@ -259,7 +259,7 @@ def _damped(slopes: FloatArray, left: FloatArray, damping: float) -> FloatArray:
 
 
 def misfit(test: LinearTest, parameters: LinearParameters, values: FloatArray) -> FloatArray:
-    """Return what is left beyond noise over it, smoothed, (n_sensors, n_bins) array [-].
+    """Return the residual beyond noise over it, smoothed, (n_sensors, n_bins) array [-].
 
     The median of a third octave over that of an exponential distribution, so that a narrow mode
     does not count.

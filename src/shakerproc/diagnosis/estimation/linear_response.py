@@ -1,4 +1,4 @@
-"""What the sensors of the linear part of a model show for a unit input, by its poles."""
+"""Response functions of the linear part of a model, by its poles."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -68,7 +68,7 @@ def poles_of(model: Model) -> Poles:
 
 
 def sensor_responses(model: Model, frequency: FloatArray) -> ComplexArray:
-    """Return what every sensor shows for a unit input, (n_sensors, n_frequencies) array.
+    """Return the response function of every sensor, (n_sensors, n_frequencies) array.
 
     Parameters
     ----------

@@ -73,7 +73,7 @@ def _left(
     measured: Sequence[ComplexArray],
     simulated: Sequence[ComplexArray],
 ) -> FloatArray:
-    """Return what is left, large residuals counted by their logarithm, (n_sensors,) [-]."""
+    """Return the residual, large ones counted by their logarithm, (n_sensors,) [-]."""
     each = [
         np.sum(np.log1p(np.abs(one - other) ** 2 / test.density), axis=1)
         for test, one, other in zip(tests, measured, simulated, strict=True)

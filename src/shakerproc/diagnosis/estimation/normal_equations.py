@@ -120,7 +120,7 @@ class NormalEquations:
         return there, fall / self.linearisation.correlation
 
     def clusters(self, slopes: Linearised) -> Iterator[Cluster]:
-        """Yield what every block of every window tells, the starts going along."""
+        """Yield the information of every block of every window, starts included."""
         size = self.linearisation.cluster
         for i, stack in enumerate(self.linearisation.stacks):
             test = int(self.linearisation.windows.table[stack.members[0], 0])

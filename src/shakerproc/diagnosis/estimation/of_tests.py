@@ -1,4 +1,4 @@
-"""What each test has of its own: what drives it besides, and springs that drift."""
+"""Numbers of each test alone: further excitation, and springs that drift."""
 
 from dataclasses import replace
 from typing import Final
@@ -24,7 +24,7 @@ KEPT: Final = 2
 
 
 def spreads_of(data: DataSet) -> FloatArray:
-    """Return what the numbers of tests are known to, as standard deviations, (n, n_tests) [-].
+    """Return standard deviations of the numbers of tests beforehand, (n, n_tests) [-].
 
     The rows: the constant of the input over its rms, where a force drives; offsets of sensors
     over theirs, where tests are too short to tell them (see `offsets`); where tests differ,
@@ -66,7 +66,7 @@ def as_free(data: DataSet, of_tests: FloatArray) -> FloatArray:
 
 
 def shares_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
-    """Return what differences of the controls add to the input, (n, n_tests) array [-]."""
+    """Return the input by differences of the controls, (n, n_tests) array [-]."""
     first = int(data.has_constants) + len(data.offsets.sensors)
     return of_tests[first : first + data.sways.spread.size]
 
@@ -88,7 +88,7 @@ def drift_of(data: DataSet, of_tests: FloatArray) -> FloatArray:
 
 
 def inputs_with(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
-    """Return what drives each test, its constant and what the controls disagree by with it."""
+    """Return the excitation of each test, with its constant and differences of the controls."""
     constants = of_tests[: int(data.has_constants)]
     own = np.concatenate([constants, shares_of(data, of_tests)])
     if not np.any(own):

@@ -1,4 +1,4 @@
-"""What noise of the input becomes in a model: little, but where motions grow apart."""
+"""Response of a model to noise of its input: small, but where trajectories diverge."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -38,7 +38,7 @@ the recorders of `blind` [-]."""
 def prediction_of(
     data: DataSet, found: Fit, windows: Windows, *, plain: bool = False
 ) -> Predicted | None:
-    """Return what a fit says in windows, from its starts there; None where it cannot.
+    """Return the prediction of a fit in windows, from its starts there; None without one.
 
     With `plain`, means keep what folds back of jumps.
     """
@@ -57,7 +57,7 @@ def under_noise(
     n_draws: int = DRAWS,
     starts: bool = False,
 ) -> Iterator[Predicted]:
-    """Yield the same with as much noise again, drawn afresh each time.
+    """Yield predictions with as much noise again, drawn afresh each time.
 
     Parameters
     ----------

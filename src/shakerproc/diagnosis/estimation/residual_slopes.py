@@ -108,7 +108,7 @@ class Linearisation:
         ])
 
     def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
-        """Return the same of other tests, which differ in what drives them alone."""
+        """Return the slopes of other tests, which differ in their excitation alone."""
         own, at = replace(self.data, tests=tuple(tests), near=self.data.inputs), self.windows
         return Linearisation(own, self.hypothesis, at, plain=self._plain, fine=self._fine)
 
@@ -125,7 +125,7 @@ class Linearisation:
         return Point(x, gain, delay, as_free(self.data, of_tests), starts)
 
     def sizes_of_starts(self, at: Point) -> FloatArray:
-        """Return what changes of numbers of a start are compared with [m], [m/s], [unit]."""
+        """Return scales of changes of the numbers of a start [m], [m/s], [unit]."""
         if at.starts is None:
             return np.zeros(0)
         if self._sizes is None:
@@ -133,7 +133,7 @@ class Linearisation:
         return self._sizes
 
     def predict(self, at: Point, *, evened: bool = False) -> Predicted | None:
-        """Return what the model says; None where no model can have these numbers."""
+        """Return the prediction; None where no model can have these numbers."""
         try:
             model = self.hypothesis.model_at(at.x)
             return predict(
@@ -240,7 +240,7 @@ class Linearisation:
         )
 
     def evened(self, at: Point, predicted: Predicted) -> Predicted:
-        """Return what has slopes: of values at the samples, which jump, the means expected."""
+        """Return values that have slopes: expected means in place of values that jump."""
         if not self.data.points:
             return predicted
         return self.predict(at, evened=True) or predicted

@@ -31,7 +31,7 @@ TOLERANCE: Final = 1e-5
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Predicted:
-    """What the free-running model says in every window.
+    """Prediction of the free-running model in every window.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ def predict(
     plain: bool = False,
     tolerance: float = TOLERANCE,
 ) -> Predicted:
-    """Return what the free-running model says.
+    """Return the prediction of the free-running model.
 
     Parameters
     ----------

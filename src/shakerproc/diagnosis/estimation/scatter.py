@@ -34,7 +34,7 @@ nothing is there that it could disagree with [-]."""
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Cluster:
-    """What one block tells of the numbers.
+    """Information of one block on the numbers.
 
     Attributes
     ----------

@@ -73,7 +73,7 @@ class Spread:
         self._by_known = inverse * equations.prior
 
     def uncertainty(self) -> Uncertainty:
-        r"""Return what leaves the numbers open: the tests, the calibration, what no test tells.
+        r"""Return standard deviations by source: the tests, the calibration, numbers untested.
 
         An estimate under the information :math:`A = J^T W J + P`, where :math:`P` holds what
         was known beforehand of gains and numbers, departs from the truth by
@@ -135,7 +135,7 @@ class Spread:
 
 
 def known_spread(linearisation: Linearisation) -> FloatArray:
-    """Return what each number is known to beforehand, as standard deviations, (n,) array.
+    """Return prior standard deviations of the numbers, (n,) array.
 
     That of an effect lies anywhere between its bounds.
     """

@@ -68,7 +68,7 @@ class Stack:
         return np.array([outputs[i] for i in self.members])
 
     def weighted(self, rows: FloatArray) -> FloatArray:
-        """Return what counts of rows, over the noise, (n_members, n_sensors, n_counted)."""
+        """Return counted values of rows, over the noise, (n_members, n_sensors, n_counted)."""
         if self.sound is not None:
             rows = np.where(self.sound, rows, 0.0)
         rows = scipy.ndimage.convolve1d(

@@ -83,7 +83,7 @@ class _Record:
     time: FloatArray
 
     def misfit(self, laws: _Laws, at: FloatArray) -> FloatArray:
-        """Return what forces leave of the inertia, (n_windows, k, n_masses * n) array [N].
+        """Return the inertia less all forces, (n_windows, k, n_masses * n) array [N].
 
         `at` (n_windows, k, 2 n_masses) holds displacements and velocities at the beginning.
         """

@@ -1,4 +1,4 @@
-"""What leaves fitted numbers open, and which of them no test tells.
+"""Uncertainty of fitted numbers, and which of them no test determines.
 
 References
 ----------
@@ -91,7 +91,7 @@ class Parts:
 
     @property
     def of_tests(self) -> float:
-        """What these tests leave open."""
+        """Uncertainty from these tests."""
         return float(np.hypot(self.tests, self.beforehand))
 
     @property

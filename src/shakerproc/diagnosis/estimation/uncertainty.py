@@ -1,4 +1,4 @@
-"""What each sample of a response is uncertain by, of the measurement alone."""
+"""Uncertainty of each sample of a response, of the measurement alone."""
 
 from typing import Final
 

@@ -75,7 +75,7 @@ def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
 
 
 def identifications(at: JointScales) -> Mapping[str, Identification]:
-    """Return what each effect says of a joint that moves like this, by kind."""
+    """Return the identification of each effect in a joint that moves like this, by kind."""
     known = {kind: effect.identification(at) for kind, effect in EFFECTS.items()}
     return {kind: one for kind, one in known.items() if one is not None}
 

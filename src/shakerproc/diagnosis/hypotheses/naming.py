@@ -1,4 +1,4 @@
-"""What the model's own numbers are called in a diagnosis."""
+"""Names of the model's own numbers in a diagnosis."""
 
 from collections.abc import Sequence
 
@@ -42,7 +42,7 @@ def mode_name(what: str, structure: str, index: int) -> str:
 
 
 def mass_name(mass: str) -> str:
-    """Return what a mass is called."""
+    """Return the name of a mass."""
     return f"mass {mass}"
 
 

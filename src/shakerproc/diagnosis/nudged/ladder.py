@@ -28,7 +28,7 @@ FEWEST: Final = 4
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Rung:
-    """What is fitted to at one rate.
+    """Data that are fitted at one nudging rate.
 
     Attributes
     ----------

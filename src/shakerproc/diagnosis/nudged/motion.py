@@ -1,4 +1,4 @@
-"""What sensors tell of the motion of a model: what nudged runs are held to, and begin with."""
+"""Motion of the model from its sensors: target of nudged runs, and their start."""
 
 from weakref import WeakKeyDictionary
 
@@ -17,7 +17,7 @@ from shakerproc.simulation.assembly import System, assemble
 
 
 def held_to(data: DataSet, model: Model, windows: Windows, off: FloatArray) -> Held | None:
-    """Return what runs of a model are held to in all tests; None where they are free.
+    """Return the motion towards which runs are nudged in all tests; None where they are free.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ Enter: TypeAlias = Callable[
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Raced:
-    """What is left of a race.
+    """Candidates that a race leaves.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def race(
     enter: "Enter | None" = None,
     most: int | None = None,
 ) -> Raced:
-    """Return what is left of effects on top of a fit as the nudging rate falls.
+    """Return the remaining effects on top of a fit as the nudging rate falls.
 
     Parameters
     ----------

@@ -207,7 +207,7 @@ def _orthonormal(left: ComplexArray, weights: FloatArray) -> FloatArray:
 
 
 def _sensor_errors(measured: ComplexArray, frequency: FloatArray) -> ComplexArray:
-    """Return what errors of gain and delay of each sensor add, as large as they usually are."""
+    """Return columns of errors of gain and delay of each sensor, of their usual size."""
     n_sensors = measured.shape[1]
     own = np.eye(n_sensors)[:, None, :, None] * measured
     return np.concatenate([GAIN * own, -DELAY * 2j * np.pi * frequency * own])

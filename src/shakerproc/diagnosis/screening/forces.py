@@ -39,7 +39,7 @@ def columns_of(
 
 
 def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatArray:
-    """Return what the model's own nonlinear elements show, and by each of their numbers.
+    """Return columns of the model's own nonlinear elements, and of each of their numbers.
 
     What the linear model leaves holds their forces; what is to be added explains the rest.
     Their sizes and numbers remain free, to first order.

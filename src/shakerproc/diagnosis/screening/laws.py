@@ -45,7 +45,7 @@ class Law:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What tells a variant of the effect."""
+        """Words for a variant of the effect."""
         return tuple(v for v in self.values.values() if isinstance(v, str))
 
     @property
@@ -88,7 +88,7 @@ class Law:
 
     @property
     def shape(self) -> tuple[object, ...]:
-        """What is left of the values once the force is scaled; all of a constant force."""
+        """Remaining values once the force is scaled; all of a constant force."""
         if self.constant:
             return (self.kind, self.between, *self.values.items())
         names = self.identification.scaled

@@ -47,7 +47,7 @@ _WITHIN: Final = 1.96
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeLaw:
-    """What a joint lacks, as a table.
+    """Missing force of a joint, as a table.
 
     Attributes
     ----------

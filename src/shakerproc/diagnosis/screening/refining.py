@@ -90,7 +90,7 @@ def _longer(stretch: Stretch) -> Stretch:
 def _lacking(
     screening: Screening, law: Law, gains: Gains, stretch: Stretch, rate: float
 ) -> Lacking:
-    """Return what acts on the masses along a stretch and is not in the model."""
+    """Return the force on the masses along a stretch that is not in the model."""
     linear, part = screening.equations.linear, slice(stretch.start, stretch.stop)
     absolute = law.effect.absolute
     direction = linear.direction(law.between, second_only=absolute)
@@ -159,7 +159,7 @@ def _names(law: Law) -> list[str]:
 
 
 def _shaping(law: Law) -> FloatArray:
-    """Return the same in the transform they are estimated in."""
+    """Return the columns in the transform they are estimated in."""
     free = law.identification.free
     return np.array([free[name].to_fitted(float(law.values[name])) for name in _names(law)])
 

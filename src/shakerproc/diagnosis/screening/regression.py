@@ -25,7 +25,7 @@ _TINY: Final = 1e-300
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Gains:
-    """What each of some columns explains beside the common ones.
+    """Explained part of some columns beside the common ones.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class Regression:
         ])
 
     def gains(self, columns: FloatArray, signs: FloatArray) -> Gains:
-        """Return what each column explains, beside the common ones.
+        """Return the explained part of each column, beside the common ones.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What all regressions around one linear model share."""
+"""Data that all regressions around one linear model share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -55,12 +55,12 @@ class Screening:
         return columns_of(self.equations, self.motions, laws[0].between, effects)
 
     def gains(self, laws: Sequence[Law]) -> Gains:
-        """Return what the forces of laws of one joint explain."""
+        """Return the explained part of the forces of laws of one joint."""
         signs = np.array([1.0 if law.one_sign else 0.0 for law in laws])
         return self.regression.gains(self.columns(laws), signs)
 
     def with_motions(self, motions: Motions) -> "Screening":
-        """Return the same around another motion."""
+        """Return the screening around another motion."""
         regression = _regression(self.equations, motions, self.joints, self.beside)
         return replace(self, motions=motions, regression=regression)
 
@@ -78,7 +78,7 @@ class Screening:
     def relative_changes(
         self, common: FloatArray
     ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the same as shares of the model's; 0 where a joint has none [-]."""
+        """Return changes as shares of the model's numbers; 0 where a joint has none [-]."""
         own = np.array([linear_parts(self.model, joint) for joint in self.joints]).T
         changes = np.array(self.changes(common))
         relative = np.divide(changes, own, out=np.zeros_like(own), where=own > 0.0)
@@ -93,7 +93,7 @@ def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
 
 
 def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -> Screening:
-    """Return what all regressions around a linear model share."""
+    """Return the shared data of all regressions around a linear model."""
     motions = motions_of(model, tests)
     linear = linear_model(model)
     stretches = stretches_of(tests, _sizes(motions, joints), len(linear.sensors))

@@ -51,5 +51,5 @@ class Start:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What tells a variant of the effect, such as its side."""
+        """Words for a variant of the effect, such as its side."""
         return tuple(value for value in self.values.values() if isinstance(value, str))

@@ -1,4 +1,4 @@
-"""What the sensors show of a force in a joint, and of motion left over from before."""
+"""Response of the sensors to a force in a joint, and to motion left over from before."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ class LinearModel:
         return compliance(self.system, frequency, forces)
 
     def by_forces(self, frequency: FloatArray, forces: FloatArray) -> ComplexArray:
-        """Return what sensors show of forces, (n_sensors, n_forces, n_frequencies) [unit/N]."""
+        """Return responses over forces, (n_sensors, n_forces, n_frequencies) [unit/N]."""
         moved = self.compliance(frequency, forces)
         s = 2j * np.pi * frequency
         shown = [
@@ -76,7 +76,7 @@ class LinearModel:
         return np.array(shown)
 
     def by_input(self, frequency: FloatArray) -> ComplexArray:
-        """Return what the sensors show of a unit input, (n_sensors, n_frequencies) array."""
+        """Return responses over the input at `frequency` [Hz], (n_sensors, n_frequencies)."""
         shown = self.by_forces(frequency, input_load(self.system))[:, 0]
         if self.model.excitation.moves_base:
             s = 2j * np.pi * frequency

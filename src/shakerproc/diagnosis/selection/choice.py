@@ -218,7 +218,7 @@ def _with_fewer(found: Found, score: Score) -> list[Score]:
 
 
 def _predicting(found: Found, score: Score) -> list[Score]:
-    """Return what a hypothesis has to predict whole tests no worse than.
+    """Return the error that a hypothesis has to reach in whole tests.
 
     Those with fewer effects; the model without any where it predicts nearly all of the motion,
     which then does not part from its neighbours with a small effect either.
@@ -240,5 +240,5 @@ def _without_one(found: Found, score: Score) -> list[Score]:
 
 
 def _beyond_noise(found: Found, score: Score) -> float:
-    """Return what a hypothesis leaves beyond the noise floor, where that is known [-]."""
+    """Return the error of a hypothesis beyond the noise floor, where that is known [-]."""
     return beyond_noise(found.left_by(score), found.floor)

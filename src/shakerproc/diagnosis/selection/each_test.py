@@ -29,7 +29,7 @@ from shakerproc.diagnosis.selection.scores import SURE, Score
 @final
 @dataclass(frozen=True, slots=True)
 class OneTest:
-    """What a model leaves of one test that a verdict on all of them does not tell.
+    """Error of a model in one test, where a verdict on all tests hides it.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
 
 
 def _parts(found: Found) -> tuple[tuple[Windows, bool], ...]:
-    """Return what was fitted, then what was held out."""
+    """Return the fitted part, then the held-out part."""
     return (found.form.scored_fitted, True), (found.form.held_out, False)
 
 

@@ -54,7 +54,7 @@ def scored_tests(
 def _gathered(
     data: DataSet, windows: Windows, predicted: Predicted, test: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return what was simulated of a test, and which samples count."""
+    """Return simulated signals of a test, and which samples count."""
     simulated = np.zeros_like(data.measured[test])
     counted = np.zeros(simulated.shape[1], bool)
     for (where, first, size), outputs, mask in zip(

@@ -8,8 +8,12 @@ import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.simulation.excitations import logarithmic_sweep, sampled
-from shakerproc.simulation.noise import flat_profile, random_noise
+from shakerproc.simulation.excitations import (
+    flat_profile,
+    logarithmic_sweep,
+    random_noise,
+    sampled,
+)
 from shakerproc.testlog import Shaker
 
 SECONDS: Final = 10.0
@@ -76,7 +80,7 @@ def loudest(tests: Sequence[Test]) -> Test:
 
 
 def trials_of(test: Test, unit: str, seed: int) -> list[Trial]:
-    """Return what may be asked for: a test as it was, random and a sweep, and both wider.
+    """Return excitations to choose from: a test as it was, random and a sweep, both wider.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ class Alternative:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Laboratory:
-    """What a proposed test has to keep to.
+    """Limits that a proposed test has to keep.
 
     Attributes
     ----------

@@ -49,7 +49,7 @@ def probability_of(scores: Mapping[str, float]) -> float | None:
 
 @cache
 def _calibration() -> dict[str, Any] | None:
-    """Return what is stored; None where nothing is."""
+    """Return the stored calibration; None where nothing is stored."""
     place = resources.files(__package__).joinpath(STORED)
     return json.loads(place.read_text(encoding="utf-8")) if place.is_file() else None
 

@@ -1,4 +1,4 @@
-"""What a diagnosis leaves open, and the test that is proposed for it."""
+"""Open questions of a diagnosis, and the test that is proposed for them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

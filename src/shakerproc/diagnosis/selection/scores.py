@@ -54,7 +54,7 @@ class Score:
 
     @property
     def fitted(self) -> FloatArray:
-        """The same logarithms of what it was fitted to, (n_blocks,) array [-]."""
+        """Logarithms of the errors in the fitted part, (n_blocks,) array [-]."""
         return np.log1p(self.fit.rows)
 
     @property
@@ -156,7 +156,7 @@ def is_better(score: Score, other: Score) -> bool:
 
 
 def best_of(scores: Sequence[Score]) -> Score:
-    """Return the one that predicts best (see `gain`)."""
+    """Return the hypothesis that predicts best (see `gain`)."""
     best = min(scores, key=lambda score: score.mean)
     for score in scores:
         if gain(score, best).mean > 0.0:

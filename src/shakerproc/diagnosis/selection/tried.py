@@ -33,7 +33,7 @@ def tried(found: Found, score: Score, *, stands: bool) -> Tried:
 
 
 def untried(found: Found) -> list[Tried]:
-    """Return what was not fitted to the end, as others explain more, with what it leaves."""
+    """Return candidates that were not fitted to the end, with their errors so far."""
     return [
         Tried(one.kind, one.between, None, None, _words(one), float(np.sqrt(one.left)))
         for one in sorted(found.ruled_out, key=lambda one: one.left)
@@ -41,6 +41,6 @@ def untried(found: Found) -> list[Tried]:
 
 
 def _words(start: Start) -> dict[str, Estimate]:
-    """Return what tells variants of an effect apart: the side of a stop."""
+    """Return words that distinguish variants of an effect: the side of a stop."""
     words = {name: value for name, value in start.values.items() if isinstance(value, str)}
     return {name: Estimate(word, None, None, "") for name, word in words.items()}

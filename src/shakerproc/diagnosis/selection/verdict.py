@@ -245,7 +245,7 @@ def _notes(
     found: Found, chosen: Score, verdict: str, told: Sequence[str],
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return what is to be known beside the verdict; `told` are notes made before."""
+    """Return remarks beside the verdict; `told` are notes made before."""
     notes = wording.mode_notes(_further_modes(found))
     if found.data.plain is not found.data:
         notes.append(_own_note(found, chosen))
@@ -271,7 +271,7 @@ def _notes(
 
 
 def _own_note(found: Found, chosen: Score) -> str:
-    """Return what tests have of their own, and what is left where they are taken as alike."""
+    """Return the numbers of each test alone, and the error where tests are taken as alike."""
     data, of_tests = found.data, found.of_tests_under(chosen.fit)
     left = error_of(data.plain, chosen.fit, found.form.held_out)
     return wording.own_note(weights_of(data, of_tests), drift_of(data, of_tests), left)

@@ -28,7 +28,7 @@ def in_other_joints(standing: Sequence[Score]) -> list[Score]:
 
 
 def indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
-    """Return what predicts as well as the chosen one and is no richer: kinds, other joints."""
+    """Return kinds and joints that predict as well as the chosen one and are no richer."""
     tied = as_good(standing)
     own = standing[0].fit.hypothesis.kinds if standing else ()
     kinds = [kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own]

@@ -67,7 +67,7 @@ class AttachedMode(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import attached_along  # loads the compiler: late
+        from shakerproc.models.kernels import attached_along  # loads the compiler: late
 
         omega = 2.0 * np.pi * self.frequency
         advance = _advance(omega, self.damping_ratio, 1.0 / sample_rate)

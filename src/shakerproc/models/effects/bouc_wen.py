@@ -16,10 +16,10 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     grid,
-    held,
     number,
     positive,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -71,7 +71,7 @@ class BoucWen(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import bouc_wen_along  # loads the compiler: late
+        from shakerproc.models.kernels import bouc_wen_along  # loads the compiler: late
 
         return bouc_wen_along(displacement, np.array(self.rows()[0].values))
 
@@ -79,7 +79,7 @@ class BoucWen(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": held(at),
+                "stiffness": sticking_stiffness(at),
                 "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e2),
                 "exponent": Free(1.0, _SHARPEST, "logarithm", 2.0),
             },

@@ -18,10 +18,10 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     grid,
-    held,
     number,
     positive,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -79,7 +79,7 @@ class GeneralBoucWen(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import bouc_wen_along  # loads the compiler: late
+        from shakerproc.models.kernels import bouc_wen_along  # loads the compiler: late
 
         return bouc_wen_along(displacement, np.array(self.rows()[0].values))
 
@@ -87,7 +87,7 @@ class GeneralBoucWen(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "alpha": held(at),
+                "alpha": sticking_stiffness(at),
                 "yield_displacement": positive(0.1 * at.displacement, RIGID, 1e3),
                 "branch": Free(-0.75 * math.pi, 0.25 * math.pi, "identity", 1.0),
                 "exponent": Free(1.0, 10.0, "logarithm", 2.0),

@@ -13,9 +13,9 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     friction,
-    held,
     number,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -57,14 +57,14 @@ class Jenkins(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import jenkins_along  # loads the compiler: late
+        from shakerproc.models.kernels import jenkins_along  # loads the compiler: late
 
         return jenkins_along(displacement, self.stiffness, self.slip_force)
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
-            free={"stiffness": held(at), "slip_force": friction(at)},
+            free={"stiffness": sticking_stiffness(at), "slip_force": friction(at)},
             starts=tuple(
                 _values(share * at.steepness, slip)
                 for share in (0.1, 0.6)

@@ -15,9 +15,9 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     friction,
-    held,
     number,
     positive,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -93,7 +93,7 @@ class LuGreFriction(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import lugre_along  # loads the compiler: late
+        from shakerproc.models.kernels import lugre_along  # loads the compiler: late
 
         values = np.array(self.rows()[0].values)
         return lugre_along(velocity + 0.0 * displacement, 1.0 / sample_rate, values)
@@ -105,7 +105,7 @@ class LuGreFriction(AbstractEffect):
                 "sliding_force": friction(at),
                 "excess": positive(0.3, 1e-3, 30.0),
                 "stribeck_velocity": positive(0.1 * at.velocity, 1e-3, 100.0),
-                "bristle_stiffness": held(at),
+                "bristle_stiffness": sticking_stiffness(at),
                 "bristle_time": positive(_bristle_time(at, at.steepness), 1e-3, 1e2),
             },
             starts=tuple(

@@ -14,10 +14,10 @@ from shakerproc.models.identification import (
     JointScales,
     Values,
     grid,
-    held,
     number,
     positive,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -71,7 +71,7 @@ class PowerIwan(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import iwan_along  # loads the compiler: late
+        from shakerproc.models.kernels import iwan_along  # loads the compiler: late
 
         return iwan_along(displacement, *self.rows()[0].values)
 
@@ -79,7 +79,7 @@ class PowerIwan(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": held(at),
+                "stiffness": sticking_stiffness(at),
                 "slip_displacement": positive(0.3 * at.displacement, 1e-3, 1e2),
                 "spread": Free(0.05, _NARROWEST, "logarithm", 1.0),
             },

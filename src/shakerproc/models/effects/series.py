@@ -20,9 +20,9 @@ from shakerproc.models.identification import (
     clearance,
     friction,
     grid,
-    held,
     number,
     spread,
+    sticking_stiffness,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -73,7 +73,7 @@ class Series(AbstractEffect):
     def force_along(
         self, displacement: FloatArray, velocity: FloatArray, sample_rate: float
     ) -> FloatArray:
-        from shakerproc.models.kernels.along import series_along  # loads the compiler: late
+        from shakerproc.models.kernels import series_along  # loads the compiler: late
 
         chain = _chain(self.elements)
         return series_along(displacement, 1.0 / sample_rate, np.array(chain.values()))
@@ -95,7 +95,7 @@ class Series(AbstractEffect):
     def identification(cls, at: JointScales) -> Identification:
         return Identification(
             free={
-                "stiffness": held(at),
+                "stiffness": sticking_stiffness(at),
                 "clearance": clearance(at),
                 "sliding_force": friction(at),
             },

@@ -117,7 +117,7 @@ class CrossChannel(AbstractHealthCheck):
         n = self._recording.n_samples
         mean = self._sums / n
         level = np.sqrt(np.maximum(self._squares / n - mean**2, 0.0))[self._controls]
-        if level.max() <= (1.0 + DIFFER) * level.min() or not self._move_alike():
+        if level.max() <= (1.0 + DIFFER) * level.min() or not self._mostly_one_motion():
             return []
         channels = self._recording.channels
         names = listed([channels[i].name for i in self._controls])
@@ -131,7 +131,7 @@ class CrossChannel(AbstractHealthCheck):
             )
         ]
 
-    def _move_alike(self) -> bool:
+    def _mostly_one_motion(self) -> bool:
         """Return whether most of what the controls measure is one motion, not their noise."""
         first, *others = self._controls
         power = self._power[first].sum() * self._power[others].sum(axis=1)

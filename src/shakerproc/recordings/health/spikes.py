@@ -316,9 +316,9 @@ class Transients(AbstractHealthCheck):
         )
 
 
-def _over_the_usual(steps: FloatArray, parts: int = 64) -> FloatArray:
+def _over_the_usual(steps: FloatArray) -> FloatArray:
     """Return the steps over the median of those around them."""
-    size = max(16, -(-steps.size // parts)) if steps.size < 16 * parts else 64
+    size = max(16, -(-steps.size // 64)) if steps.size < 16 * 64 else 64
     count = -(-steps.size // size)
     padded = np.pad(steps, (0, count * size - steps.size), mode="edge")
     medians = np.median(padded.reshape(count, size), axis=1)

@@ -5,8 +5,15 @@ from dataclasses import dataclass
 from typing import Final, final
 
 from shakerproc.recordings.guard import shown
-from shakerproc.recordings.tdms.objects import Index, Listed, Scaler
-from shakerproc.recordings.tdms.types import NUMBERS, SIZES, TIMESTAMP, StructureError
+from shakerproc.recordings.tdms.objects import (
+    NUMBERS,
+    SIZES,
+    TIMESTAMP,
+    Index,
+    Listed,
+    Scaler,
+    StructureError,
+)
 
 LARGEST: Final = 1 << 50
 """Values and bytes of a channel in a chunk."""

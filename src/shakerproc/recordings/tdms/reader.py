@@ -19,7 +19,16 @@ from shakerproc.recordings.tdms.metadata import (
     read_scaling,
     unused_scales,
 )
-from shakerproc.recordings.tdms.objects import Listed, split_path
+from shakerproc.recordings.tdms.objects import (
+    DAQMX,
+    NUMBERS,
+    STRING,
+    TIMESTAMP,
+    Listed,
+    StructureError,
+    is_tracked,
+    split_path,
+)
 from shakerproc.recordings.tdms.source import (
     SampleClock,
     ServedChannel,
@@ -35,14 +44,6 @@ from shakerproc.recordings.tdms.structure import (
     present,
     start_of,
     unit_of,
-)
-from shakerproc.recordings.tdms.types import (
-    DAQMX,
-    NUMBERS,
-    STRING,
-    TIMESTAMP,
-    StructureError,
-    is_tracked,
 )
 from shakerproc.recordings.tdms.walk import walk
 from shakerproc.recordings.time_base import time_base

@@ -16,8 +16,8 @@ from shakerproc.recordings.guard import AGAIN, shown
 from shakerproc.recordings.raw import RawChannel, RawGroup, TimeAxis, TimesInFile
 from shakerproc.recordings.tdms.layout import Place
 from shakerproc.recordings.tdms.metadata import Scaling
+from shakerproc.recordings.tdms.objects import MOST_SECONDS
 from shakerproc.recordings.tdms.structure import Extent
-from shakerproc.recordings.tdms.types import MOST_SECONDS
 from shakerproc.recordings.times import time_name
 
 _EPOCH: Final = datetime(1904, 1, 1, tzinfo=UTC)

@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from typing import BinaryIO, Final, final
 
 from shakerproc.recordings.tdms.layout import Layout, chunk_layout, cut_layout, short_layout
-from shakerproc.recordings.tdms.objects import Listed, read_objects
+from shakerproc.recordings.tdms.objects import Cursor, Listed, StructureError, read_objects
 from shakerproc.recordings.tdms.structure import Extent, TdmsStructure, append_extent
-from shakerproc.recordings.tdms.types import Cursor, StructureError
 
 LEAD: Final = 28
 """Bytes of a head."""

@@ -11,8 +11,8 @@ from shakerproc.recordings.writers.by_libraries import (
     write_mat,
     write_mf4,
     write_parquet,
+    write_tdms,
 )
-from shakerproc.recordings.writers.tdms import write_tdms
 from shakerproc.recordings.writers.uff import write_uff
 
 WRITERS: Mapping[str, Callable[[Path, Recording], None]] = MappingProxyType({

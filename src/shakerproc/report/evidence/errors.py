@@ -48,27 +48,27 @@ def parameter_tables(diagnosis: Diagnosis) -> list[ReportTable]:
     found = [
         (
             effect.kind.replace("_", " "), " - ".join(effect.between), name,
-            *_apart(estimate),
+            *_bounds_by_source(estimate),
         )
         for effect in diagnosis.effects
         for name, estimate in (effect.parameters or {"": Estimate("", None, None, "")}).items()
     ]  # fmt: skip
     linear = [
-        ("linear joint", place, number, *_apart(estimate))
+        ("linear joint", place, number, *_bounds_by_source(estimate))
         for name, estimate in diagnosis.linear.items()
         for number, place in [name.split(" ", 1)]
     ]
     tried = [
         (
             candidate_name(c.kind, c.parameters), " - ".join(c.between), name,
-            *_apart(estimate),
+            *_bounds_by_source(estimate),
         )
         for c in diagnosis.candidates
         if c.held_out_error is not None
         for name, estimate in c.parameters.items()
     ]  # fmt: skip
     together = [
-        (one.combination, " and ".join(one.numbers), *_apart(one.estimate))
+        (one.combination, " and ".join(one.numbers), *_bounds_by_source(one.estimate))
         for one in diagnosis.known_together
     ]
     tables = [
@@ -97,7 +97,7 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
     return numeral(value, 4), low, high, half, unit
 
 
-def _apart(estimate: Estimate) -> tuple[str, str, str, str, str, str]:
+def _bounds_by_source(estimate: Estimate) -> tuple[str, str, str, str, str, str]:
     """Return value, low, high, what tests and what calibration leave open, and unit."""
     value, low, high, _, unit = interval(estimate)
     tests, calibration = map(_per_cent, (estimate.by_tests, estimate.by_calibration))

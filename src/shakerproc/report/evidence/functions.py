@@ -1,22 +1,109 @@
-"""Response functions of a file beside a model's, as a page."""
+"""Modes, response functions and free decays of a test beside those of a model, as pages."""
 
 import importlib.metadata
 import platform
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, final
 
 import numpy as np
 
+from shakerproc.comparison.decay_departures import (
+    decay_rows,
+    sentence_of_decays,
+    sentences_of,
+    unit_of,
+)
+from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
+from shakerproc.comparison.document import mode_rows
+from shakerproc.comparison.modes import ComparedModes, ModePair
 from shakerproc.comparison.response_functions import ComparedFunction, FunctionComparison
 from shakerproc.numerals import numeral
-from shakerproc.report.evidence.modes import mode_sections
-from shakerproc.report.figures import to_svg
+from shakerproc.report.figures import style, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
-from shakerproc.report.figures.units import read_ratio
-from shakerproc.report.modal.sections import magnitude_axis
+from shakerproc.report.figures.to_png import save
+from shakerproc.report.figures.units import read_ratio, read_unit
+from shakerproc.report.modal.figures import matrix, moving_shape
+from shakerproc.report.modal.sections import MOST_MODES, magnitude_axis
+from shakerproc.report.page import methods
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
-from shakerproc.report.page.sections import PageFigure, ReportSection, filled
+from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable, filled
+from shakerproc.report.runs.analyses import draw_panel, drawing
+from shakerproc.runs.analyses.decays import Amplitude, decay_panels
+from shakerproc.runs.analyses.decays import Curve as AmplitudeCurve
+from shakerproc.runs.analysis import Panel
+
+_TOLD: Final = (
+    "The shape of the test is expanded to all points of the model (O'Callahan, Avitabile and "
+    "Riemer, System equivalent reduction expansion process, 7th International Modal Analysis "
+    "Conference, 29-37, 1989) by the modes nearest in frequency: as many as predict a sensor "
+    "that is left out best (Allen, Technometrics 16, 125-127, 1974)."
+)
+_SHOWN: Final = (
+    "measured [Hz]", "model [Hz]", "difference [%]", "ζ measured", "ζ model", "MAC",
+    "sensors missed [-]", "sensor left out [-]",
+)  # fmt: skip
+
+
+def mode_sections(modes: ComparedModes | None) -> list[ReportSection]:
+    """Return the modes of a test and of a model, side by side; nothing where there are none."""
+    if modes is None or not modes.pairs:
+        return []
+    rows = [
+        tuple("" if value is None else f"{value:.4g}" for value in row)
+        for row in mode_rows(modes)
+    ]
+    table = filled(
+        f"Modes of test {modes.test} and of the linear part of the model", _SHOWN, rows
+    )
+    told = [modes.sentence]
+    if modes.shapes is not None:
+        told += [modes.shapes.sentence, _TOLD]
+    figures = [*_shapes(modes), *_macs(modes)]
+    return [ReportSection("Modes", "modes", told, [table], figures)]
+
+
+def _macs(modes: ComparedModes) -> Iterator[PageFigure]:
+    """Yield the MAC of every mode of the test with every mode of the model near its band."""
+    n_test, n_model = modes.macs.shape
+    if len(modes.sensors) < 2 or not 0 < max(n_test, n_model) <= MOST_MODES or not n_model:
+        return
+    labels = [
+        {p.rows[side]: numeral(hz, 4) for p, hz in _by_side(modes, side)} for side in (0, 1)
+    ]
+    names = [[labels[k].get(i, "") for i in range(n)] for k, n in ((0, n_test), (1, n_model))]
+    caption = "Rows: test; columns: model [Hz], without a number where it lies beside the band."
+    yield PageFigure("MAC", caption, matrix(names[0], names[1], modes.macs, "MAC"))
+
+
+def _by_side(modes: ComparedModes, side: int) -> Iterator[tuple[ModePair, float]]:
+    for pair in modes.pairs:
+        hz = (pair.measured_hz, pair.model_hz)[side]
+        if hz is not None:
+            yield pair, hz
+
+
+def _shapes(modes: ComparedModes) -> Iterator[PageFigure]:
+    """Yield the shapes of each pair side by side, then those without a partner."""
+    found = modes.shapes
+    if found is None or len(found.points) < 2:
+        return
+    for pair in sorted(modes.pairs, key=lambda pair: None in pair.rows)[:MOST_MODES]:
+        alike = "" if pair.mac is None else f"MAC {pair.mac:.3f} at the sensors"
+        for whose, hz, shape in zip(
+            ("Test", "Model"),
+            (pair.measured_hz, pair.model_hz),
+            found.of_pair(pair),
+            strict=True,
+        ):
+            if hz is None or shape is None:
+                continue
+            title = f"{whose}: {hz:.5g} Hz"
+            drawing = moving_shape(found.geometry, shape, found.points, f"Shape, {title}")
+            yield PageFigure(title, alike or "No partner.", drawing)
+
 
 MOST_DRAWN: Final = 60
 """Functions that are drawn, the worst first."""
@@ -88,3 +175,149 @@ def _figure(found: FunctionComparison, one: ComparedFunction) -> PageFigure:
         title=f"Response function of {name}",
     )
     return PageFigure(name, f"Error {one.error:.1%}, FRAC {one.frac:.3f}.", drawing)
+
+
+MODEL_STYLES: Final = (3, 2)
+"""Styles of the curves of the model and of the older one."""
+
+CAPTION: Final = (
+    "Measured by two methods, grey their 95 % limits; the model after a start fitted to "
+    "the first periods, read by least squares as the measurement is."
+)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Decays:
+    """A model compared with free decays, and an older one if there is any.
+
+    Attributes
+    ----------
+    found : DecayComparison
+        With the model.
+    before : DecayComparison, optional
+        With the older one, against the same tests.
+    """
+
+    found: DecayComparison
+    before: DecayComparison | None = None
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the model and the older one, distinct."""
+        new = self.found.model.title
+        old = "" if self.before is None else self.before.model.title
+        return (new, old) if new != old else ("new model", "old model")
+
+
+def panels_of(decays: Decays) -> dict[str, tuple[str, Panel]]:
+    """Return the test and the panel of every figure, by the name of its file."""
+    panels = {}
+    for i, test in enumerate(decays.found.tests):
+        for k, mode in enumerate(test.modes):
+            if not mode.measured.fitted:
+                continue
+            older = None if decays.before is None else decays.before.tests[i].modes[k]
+            for panel in _panels(decays, test, mode, older):
+                panels[panel.name] = (test.measured.name, panel)
+    return panels
+
+
+def _panels(
+    decays: Decays, test: TestDecays, mode: ModeDecay, older: ModeDecay | None
+) -> list[Panel]:
+    sensor = test.measured.sensors[mode.sensor]
+    unit, factor = read_unit(unit_of(decays.found, sensor))
+    curves: list[AmplitudeCurve] = [
+        ("measured, least squares", 0, mode.measured.fitted),
+        ("measured, peaks and crossings", 1, mode.measured.charted),
+    ]
+    for name, one, look in zip(decays.names, (mode, older), MODEL_STYLES, strict=True):
+        if one is not None and one.model is not None and one.model.fitted:
+            curves.append((name, look, one.model.fitted))
+    return decay_panels(
+        f"decay_{test.measured.name}_{mode.number}",
+        f"mode {mode.number}, {numeral(mode.measured.line.frequency, 4)} Hz",
+        CAPTION,
+        Amplitude(sensor, unit, factor),
+        curves,
+        limited=2,
+    )
+
+
+def draw_decays(decays: Decays, folder: Path) -> list[Path]:
+    """Draw every figure of a comparison of decays, and return the files."""
+    written = []
+    for name, (test, panel) in panels_of(decays).items():
+        with style.look():
+            figure = draw_panel(panel, f"test {test}", {})
+        written.append(save(figure, folder / f"{name}.png"))
+    return written
+
+
+def decay_report(
+    decays: Decays, title: str, command: str, inputs: Sequence[tuple[str, str, str]]
+) -> Report:
+    """Return the page of a comparison of decays."""
+    return Report(
+        title,
+        [],
+        command=command,
+        verdict=sentence_of_decays(decays.found),
+        sections=decay_sections(decays),
+        inputs=inputs,
+        methods=methods.methods_of(
+            [],
+            analyses=["decays"],
+            kinds=[element.effect.kind for element in decays.found.model.elements],
+        ),
+    )
+
+
+def decay_sections(decays: Decays) -> list[ReportSection]:
+    """Return a section for each test."""
+    return [_section(decays, i) for i in range(len(decays.found.tests))]
+
+
+def _section(decays: Decays, index: int) -> ReportSection:
+    test = decays.found.tests[index]
+    name = test.measured.name
+    told = [f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in sentences_of(test)]
+    if decays.before is not None:
+        old = decays.names[1]
+        told += [f"{old}: {text}" for text in sentences_of(decays.before.tests[index])]
+    if index == 0:
+        told += [f"{text.removesuffix('.')}." for text in decays.found.left_out]
+    told += [f"{text.removesuffix('.')}." for text in test.measured.notes]
+    rows = [row for row in decay_rows(decays.found) if row["test"] == name]
+    return ReportSection(
+        f"Test {name}: frequency and damping against amplitude",
+        f"decay_{index + 1}",
+        told,
+        [_table(rows)],
+        [
+            drawing(panel, f"{panel.title} of test {owner}", {})
+            for owner, panel in panels_of(decays).values()
+            if owner == name
+        ],
+    )
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> ReportTable:
+    shown = {
+        "mode": "mode", "sensor": "sensor", "largest_amplitude": "amplitude from",
+        "smallest_amplitude": "to", "unit": "unit",
+        "frequency_difference_at_largest_percent": "frequency, measured less model [%]",
+        "frequency_difference_at_smallest_percent": "at the smallest [%]",
+        "damping_difference_at_largest_percent": "damping, measured less model [% of critical]",
+        "damping_difference_at_smallest_percent": "at the smallest [% of critical]",
+        "outside_percent": "stretches outside [%]",
+    }  # fmt: skip
+    cells = [[_cell(row[key]) for key in shown] for row in rows]
+    return filled("Measured less model at both ends of each curve", list(shown.values()), cells)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return numeral(value, 4) if isinstance(value, float) else str(value)

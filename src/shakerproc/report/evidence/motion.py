@@ -30,7 +30,7 @@ from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot, Span
 from shakerproc.report.figures.heat_map import heat_map
 from shakerproc.report.page.sections import PageFigure
-from shakerproc.report.runs.curves import logarithmic_axis
+from shakerproc.report.runs.in_units import logarithmic_axis
 
 DOTS: Final = 1500
 """Samples of a restoring force that are drawn."""

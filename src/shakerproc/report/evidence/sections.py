@@ -25,7 +25,7 @@ from shakerproc.report.evidence.errors import (
 from shakerproc.report.evidence.models import Models, level_of, loudest
 from shakerproc.report.evidence.motion import free_law, laws
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
-from shakerproc.runs.remarks import by_tests
+from shakerproc.runs.summary import by_tests
 
 ONE_METHOD: Final = (
     "All errors in this report are of a model that runs free under the measured input; a "
@@ -164,7 +164,7 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Rep
         ReportSection(
             "Errors of the models that were tried",
             "ladder",
-            _left_behind(diagnosis),
+            _unfinished(diagnosis),
             figures=[error_ladder(diagnosis)],
         ),
         ReportSection("Missing force", "free_law", figures=drawn),
@@ -245,7 +245,7 @@ def _named(candidate: Tried, *, place: bool) -> str:
     return f"{name}, {' - '.join(candidate.between)}" if place else name
 
 
-def _left_behind(diagnosis: Diagnosis) -> list[str]:
+def _unfinished(diagnosis: Diagnosis) -> list[str]:
     """Return which candidates were not fitted to the end."""
     out = [c for c in diagnosis.candidates if c.held_out_error is None]
     many = len({c.between for c in diagnosis.candidates}) > 1
@@ -307,7 +307,7 @@ def joint_table(comparison: Comparison) -> ReportTable | None:
     told = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
     open_ = [one.displacement_rms or 0.0 for one in test.not_told]
     unit, factor = shown_in("m", comparison.model.motion, max(told + open_, default=None))
-    rows = [_told(joint, factor) for joint in test.joints]
+    rows = [_joint_row(joint, factor) for joint in test.joints]
     rows += [_open(one, factor) for one in test.not_told]
     if not rows:
         return None
@@ -325,7 +325,7 @@ def joint_table(comparison: Comparison) -> ReportTable | None:
     )
 
 
-def _told(joint: JointMotion, factor: float) -> tuple[str, ...]:
+def _joint_row(joint: JointMotion, factor: float) -> tuple[str, ...]:
     force, displacement = (
         float((x**2).mean()) ** 0.5 for x in (joint.force, joint.displacement)
     )

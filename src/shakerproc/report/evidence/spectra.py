@@ -21,7 +21,7 @@ from shakerproc.report.evidence.models import (
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.page.sections import PageFigure
-from shakerproc.report.runs.curves import logarithmic_axis
+from shakerproc.report.runs.in_units import logarithmic_axis
 
 HEARD: Final = 0.1
 """Coherence below which a phase is noise and is left out [-]."""
@@ -183,7 +183,7 @@ def harmonics(models: Models) -> list[PageFigure]:
         rows = [(text, style, h[sensor].predicted) for text, style, h in found if h is not None]
         first = (test.harmonics or ())[sensor]
         rows.insert(0, ("measured", MEASURED, first.measured))
-        curves = _beside(rows)
+        curves = _by_order(rows)
         names = {float(order): str(order) for order in range(1, first.measured.size + 1)}
         drawings.append(
             PageFigure(
@@ -204,7 +204,7 @@ def harmonics(models: Models) -> list[PageFigure]:
     return drawings
 
 
-def _beside(rows: Sequence[tuple[str, int, FloatArray]]) -> list[Curve]:
+def _by_order(rows: Sequence[tuple[str, int, FloatArray]]) -> list[Curve]:
     """Return values over their order, those of one order beside each other."""
     return [
         Curve(

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.report.figures import image, live
+from shakerproc.report.figures import heat_map, live
 from shakerproc.report.figures.axes import UNIT, Box, grid
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot, Span, unwrapped
 from shakerproc.report.figures.style import COLOURS
@@ -146,7 +146,7 @@ def plot(
         ),
         *(_span(span, x_axis, box) for span in content.spans),
         grid(x_axis, y_axis, box, height, names),
-        Markup("") if content.image is None else image.picture(content.image, box),
+        Markup("") if content.image is None else heat_map.picture(content.image, box),
         *(
             _drawn(unwrapped(_thinned(item, most), y_axis), x_axis, y_axis, box)
             for item in content.items
@@ -157,7 +157,7 @@ def plot(
     ]
     drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
     if content.image is not None:
-        return drawn + image.scale(content.image)
+        return drawn + heat_map.scale(content.image)
     return drawn + (legend(content.items) if keys else Markup(""))
 
 
@@ -193,16 +193,9 @@ def marker(style: int) -> str:
     return MARKERS[style % len(MARKERS)]
 
 
-def sparkline(
-    x: FloatArray,
-    y: FloatArray,
-    x_axis: Axis,
-    y_axis: Axis,
-    *,
-    width: int = 120,
-    height: int = 28,
-) -> Markup:
+def sparkline(x: FloatArray, y: FloatArray, x_axis: Axis, y_axis: Axis) -> Markup:
     """Return a thumbnail: one line without axes. `x` and `y` are in the units of their axes."""
+    width, height = 120, 28
     box = Box(0, 1, width, height - 2)
     path = _path(*line_inside(x_axis.share(x), y_axis.share(y)), box)
     return Markup('<svg viewBox="0 0 {} {}" class="spark"><path d="{}"/></svg>').format(

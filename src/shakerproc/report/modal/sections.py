@@ -6,19 +6,17 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.campaign.mode_trends import told_of_modes, trends_of_modes
+from shakerproc.campaign.trends import mode_shifts, trends_of_modes
 from shakerproc.data import FloatArray
-from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes
-from shakerproc.modal.scatter import scatter_text
+from shakerproc.modal.analysis import ModalAnalysis, Reciprocal, TestModes, mac_over
+from shakerproc.modal.identification import scatter_text
 from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
-from shakerproc.modal.tracking import mac_over
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Mark, Plot
 from shakerproc.report.figures.units import read_ratio
-from shakerproc.report.modal.figures import indicator
-from shakerproc.report.modal.shapes import matrix, moving_shape, swings
+from shakerproc.report.modal.figures import indicator, matrix, moving_shape, swings
 from shakerproc.report.page.methods import Methods
 from shakerproc.report.page.page import Report
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
@@ -99,7 +97,7 @@ def _test_section(one: TestModes, number: int) -> ReportSection:
     parts = []
     if len(one.sensors) > 1 and modes.poles.size:
         parts.append(
-            ReportSection("Mode shapes", "shapes", figures=[*_shapes(one), *_own_mac(one)])
+            ReportSection("Mode shapes", "shapes", figures=[*_shapes(one), *_auto_mac(one)])
         )
     table = [_mode_table(one, "Modes")] if modes.poles.size else []
     return ReportSection(heading, f"test-{number}", opening, table, figures, parts)
@@ -204,7 +202,7 @@ def _shapes(one: TestModes) -> list[PageFigure]:
     ]
 
 
-def _own_mac(one: TestModes) -> list[PageFigure]:
+def _auto_mac(one: TestModes) -> list[PageFigure]:
     labels = [numeral(f, 4) for f in one.modes.frequency]
     if not 1 < len(labels) <= MOST_MODES:
         return []
@@ -291,7 +289,7 @@ def _over_tests(analysis: ModalAnalysis) -> ReportSection | None:
                 matrix(labels[0], labels[1], values, "MAC"),
             )
         )
-    notes = [*told_of_modes(analysis), *(f"{n[0].upper()}{n[1:]}." for n in analysis.notes)]
+    notes = [*mode_shifts(analysis), *(f"{n[0].upper()}{n[1:]}." for n in analysis.notes)]
     figures += page_figures([
         trend for row in trends_of_modes(analysis).values() for trend in row
     ])

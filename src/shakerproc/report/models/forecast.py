@@ -22,7 +22,7 @@ from shakerproc.numerals import numeral
 from shakerproc.report.figures import to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Filling, Plot
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable, filled
-from shakerproc.report.runs.curves import logarithmic_axis
+from shakerproc.report.runs.in_units import logarithmic_axis
 from shakerproc.runs.levels import density_unit
 
 PREDICTED: Final = 0

@@ -3,7 +3,12 @@
 import base64
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, final
@@ -14,21 +19,31 @@ from markupsafe import Markup
 from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
-from shakerproc.report.figures import axes, image, live, style, to_svg
+from shakerproc.errors import PrintingError
+from shakerproc.report.figures import axes, heat_map, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
-from shakerproc.report.page.header import (
+from shakerproc.report.page.methods import Methods, methods_of
+from shakerproc.report.page.sections import (
     HeaderView,
+    PageFigure,
+    ReportSection,
+    ReportTable,
     environment,
     header_view,
     rendered,
     with_expired,
 )
-from shakerproc.report.page.methods import Methods, methods_of
-from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
-from shakerproc.report.runs import overview
+from shakerproc.report.runs import view
 from shakerproc.report.runs.in_units import run_in, trend_in
-from shakerproc.report.runs.overview import Attention, Cell, Count, TableColumn, resonances
-from shakerproc.report.runs.view import RunView, run_view
+from shakerproc.report.runs.view import (
+    Attention,
+    Cell,
+    Count,
+    RunView,
+    TableColumn,
+    resonances,
+    run_view,
+)
 from shakerproc.report.trends import page_figures
 from shakerproc.runs.analysis import PanelScale
 from shakerproc.runs.summary import (
@@ -201,7 +216,7 @@ LOOK: Final = {
     "colours": style.COLOURS,
     "dashes": style.DASHES,
     "markers": to_svg.MARKERS,
-    "steps": image.COLOURS,
+    "steps": heat_map.COLOURS,
 }
 
 
@@ -279,20 +294,21 @@ def _page(report: Report) -> _Page:
     shown = [run_in(run, units) for run in report.runs if run.status != "discarded"]
     views = [run_view(run, i, units) for i, run in enumerate(shown, 1)]
     methods = report.methods or methods_of(shown)
-    columns, rows = overview.table(shown, views, report.channel, units)
+    columns, rows = view.table(shown, views, report.channel, units)
     with_runs = bool(report.runs) or not report.sections
-    opening = overview.tally(report.runs) if with_runs else ""
+    opening = view.tally(report.runs) if with_runs else ""
     return _Page(
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
         verdict=units.text(
-            " ".join(filter(None, (opening, report.verdict or _told(report)))), [report.channel]
+            " ".join(filter(None, (opening, report.verdict or _trend_text(report)))),
+            [report.channel],
         ),
-        counts=overview.counts(report.runs),
-        attention=overview.attention(shown, views),
+        counts=view.counts(report.runs),
+        attention=view.attention(shown, views),
         columns=columns,
         rows=rows,
-        table_note=overview.table_note(report.runs, report.channel),
+        table_note=view.table_note(report.runs, report.channel),
         trends=page_figures([trend_in(one, units) for one in report.trends]),
         resonances=resonances(shown, report.channel),
         not_drawn=_not_drawn(report),
@@ -317,7 +333,7 @@ def _not_drawn(report: Report) -> str:
     return f"Not drawn, as no two values have a run: {titles}." if titles else ""
 
 
-def _told(report: Report) -> str:
+def _trend_text(report: Report) -> str:
     return trend_sentence(report.runs, report.channel)
 
 
@@ -348,3 +364,103 @@ def tried_header(log: TestLog) -> HeaderView | None:
         html(Report(log.title, (EXAMPLE, failed), channel="response", header=found,
                     sections=(section,)))  # fmt: skip
     return found
+
+
+BROWSER_VARIABLE: Final = "SHAKERPROC_BROWSER"
+"""Environment variable that names a browser, before all others."""
+
+NAMES: Final = (
+    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome",
+    "microsoft-edge", "microsoft-edge-stable", "msedge", "brave-browser",
+)  # fmt: skip
+"""Programs that print, as they are called on the search path."""
+
+ON_WINDOWS: Final = (
+    "Google/Chrome/Application/chrome.exe",
+    "Microsoft/Edge/Application/msedge.exe",
+    "Chromium/Application/chrome.exe",
+)
+ON_A_MAC: Final = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+)
+
+LONGEST: Final = 300.0
+"""Time that a browser may take [s]."""
+
+
+def find_browser() -> str | None:
+    """Return the path of a browser that can print, or None."""
+    named = os.environ.get(BROWSER_VARIABLE)
+    if named:
+        return shutil.which(named)
+    found = (shutil.which(name) for name in NAMES)
+    return next(filter(None, (*found, *_usual_places())), None)
+
+
+def _usual_places() -> Iterator[str]:
+    """Yield browsers that stand where installers put them, off the search path."""
+    if os.name == "nt":
+        for variable in ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA"):
+            root = os.environ.get(variable)
+            yield from (
+                str(path) for end in ON_WINDOWS if root and (path := Path(root) / end).is_file()
+            )
+    elif sys.platform == "darwin":
+        yield from (path for path in ON_A_MAC if Path(path).is_file())
+
+
+def print_report(page: Path, target: Path) -> Path:
+    """Print a report to PDF, whole or not at all, and return the file.
+
+    Raises
+    ------
+    PrintingError
+        If no browser is installed, or it does not print.
+    """
+    browser = find_browser()
+    if browser is None:
+        named = os.environ.get(BROWSER_VARIABLE)
+        lack = f"{BROWSER_VARIABLE} names {named!r}, which is not there" if named else (
+            "printing takes Chromium, Chrome or Edge, and none is found"
+        )  # fmt: skip
+        raise PrintingError(
+            f"no PDF: {lack}. Install one, or open {page} in any browser and print it there."
+        )
+    with files.atomic_path(target) as temporary, tempfile.TemporaryDirectory() as profile:
+        said = _run(browser, page, temporary, profile)
+        if not temporary.is_file() or temporary.stat().st_size == 0:
+            temporary.touch()
+            raise PrintingError(
+                f"no PDF of {page}: {browser} printed nothing{said}. Open the page in a "
+                f"browser and print it there, or name another in {BROWSER_VARIABLE}."
+            )
+    return target
+
+
+def _run(browser: str, page: Path, target: Path, profile: str) -> str:
+    """Let a browser print; return the last thing it said, for an error message.
+
+    Raises
+    ------
+    PrintingError
+        If it takes too long or cannot be started.
+    """
+    command = [
+        browser, "--headless", "--disable-gpu", "--no-first-run", "--no-default-browser-check",
+        "--disable-extensions", "--disable-background-networking", "--no-pdf-header-footer",
+        "--generate-pdf-document-outline",
+        f"--user-data-dir={profile}", f"--print-to-pdf={target.resolve()}",
+        page.resolve().as_uri(),
+    ]  # fmt: skip
+    if hasattr(os, "geteuid") and os.geteuid() == 0:
+        command.insert(1, "--no-sandbox")  # Chromium refuses to start as root with one
+    try:
+        done = subprocess.run(  # noqa: S603 - a browser and a page of ours
+            command, capture_output=True, timeout=LONGEST, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise PrintingError(f"no PDF of {page}: {browser}: {error}") from error
+    lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    return f" ({files.printable(lines[-1])[:200]})" if lines and done.returncode else ""

@@ -15,12 +15,17 @@ from shakerproc.report.figures.figure import Axis, Figure, Plot
 from shakerproc.report.figures.to_png import LEFT
 from shakerproc.report.figures.units import USUAL, read_unit
 from shakerproc.report.page.sections import PageFigure
-from shakerproc.report.runs.curves import STILL, RunContent, kept
 from shakerproc.report.runs.figures import FIGURES, IN_FILES, ON_PAGE
-from shakerproc.report.runs.in_units import curve_in, run_in, surface_in
-from shakerproc.runs.curves import curves_of, surface_of
+from shakerproc.report.runs.in_units import (
+    STILL,
+    RunContent,
+    content_of_summary,
+    curve_in,
+    run_in,
+    surface_in,
+)
 from shakerproc.runs.result import RunResult
-from shakerproc.runs.summarising import numbers_of
+from shakerproc.runs.summarising import curves_of, numbers_of, surface_of
 from shakerproc.runs.summary import RunSummary
 from shakerproc.runs.thinning import Envelope, envelope
 from shakerproc.testlog import facts_of
@@ -57,7 +62,7 @@ def _matplotlib_figure(content: RunContent, name: str, title: str) -> "Matplotli
     if figure is None:
         return None
     run = content.run
-    alarm = run.told_status.replace("incomplete,", "INCOMPLETE:") if run.incomplete else ""
+    alarm = run.status_text.replace("incomplete,", "INCOMPLETE:") if run.incomplete else ""
     return to_png.matplotlib_figure(figure, title, alarm)
 
 
@@ -78,7 +83,7 @@ def page_figures(run: RunSummary) -> list[PageFigure]:
     """Return the drawings of a run: of the curves that its summary keeps."""
     if not run.channels:
         return []
-    content = kept(run)
+    content = content_of_summary(run)
     described = (FIGURES[name](content) for name in ON_PAGE)
     return [
         marked(drawing, run)
@@ -92,7 +97,7 @@ def marked(drawing: PageFigure, run: RunSummary) -> PageFigure:
     """Return a drawing that says so where the recording was cut short."""
     if not run.incomplete:
         return drawing
-    told = run.told_status.replace("incomplete,", "INCOMPLETE:")
+    told = run.status_text.replace("incomplete,", "INCOMPLETE:")
     return replace(drawing, caption=f"{drawing.caption} {told}.")
 
 

@@ -21,7 +21,7 @@ from shakerproc.report.figures.figure import (
     Plot,
     Span,
 )
-from shakerproc.report.runs.curves import (
+from shakerproc.report.runs.in_units import (
     RunContent,
     even_axis,
     frequency_axis,
@@ -37,13 +37,13 @@ from shakerproc.report.runs.responses import (
     response,
     sweep,
 )
-from shakerproc.runs.curves import RANGE_DB, RunCurve
-from shakerproc.runs.levels import control_told as told_of_control
+from shakerproc.runs.levels import control_text as told_of_control
 from shakerproc.runs.levels import density_unit
+from shakerproc.runs.summarising import RANGE_DB, RunCurve
 from shakerproc.runs.summary import ControlSummary, PeakSummary, RunSummary
 
 
-def control_told(run: RunSummary, where: str) -> str:
+def control_verdict(run: RunSummary, where: str) -> str:
     """Return whether the controls kept the limits that are drawn."""
     if run.control is None:
         return " The controls should stay between the thin lines."
@@ -105,7 +105,7 @@ def level(content: RunContent) -> Figure | None:
         Axis(f"[{run.level_unit}]", 0.0, top),
         spans=outside(run, axis),
         title="Level of the control",
-        caption=f"Fundamental along the sweep.{control_told(run, 'sweep')}",
+        caption=f"Fundamental along the sweep.{control_verdict(run, 'sweep')}",
         kind="level",
         height=2.9,
     )
@@ -191,7 +191,7 @@ def _density(content: RunContent, unit: str) -> Plot:
         )
     limits = alarm_lines(run) if unit == content.control_unit else []
     if limits:
-        caption += control_told(run, "band")
+        caption += control_verdict(run, "band")
     return Plot(
         [*lines, *limits],
         axis,

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.numerals import numeral
 from shakerproc.report.figures.figure import Axis, Curve, Figure, Plot
 from shakerproc.report.figures.style import RESPONSE_STYLES
-from shakerproc.report.runs.curves import (
+from shakerproc.report.runs.in_units import (
     RunContent,
     frequency_axis,
     logarithmic_axis,
@@ -17,8 +17,8 @@ from shakerproc.report.runs.curves import (
     thin,
     unnamed,
 )
-from shakerproc.runs.peak_rows import gain_unit
 from shakerproc.runs.summary import PeakSummary, RunSummary
+from shakerproc.runs.tables import gain_unit
 
 DECADES: Final = 6
 """Decades of a response function, a swept response or harmonics that are shown at most."""

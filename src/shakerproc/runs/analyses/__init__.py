@@ -10,7 +10,7 @@ from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.late import loaded
 from shakerproc.runs.analysis import Analysis
-from shakerproc.runs.pairs import functions_left_out
+from shakerproc.runs.pairs import missing_functions
 from shakerproc.runs.result import RunResult
 
 RINGS: Final = ("free decay", "shock")
@@ -55,7 +55,7 @@ class _Kind:
     of_spectra: bool = False
 
 
-def _asked(kind: str) -> Callable[[RunResult], bool]:
+def _is_wanted(kind: str) -> Callable[[RunResult], bool]:
     return lambda result: getattr(result.test.processing, kind) is not None
 
 
@@ -77,15 +77,15 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "multisine": _Kind(
         "MultisineAnalysis", lambda result: result.test.excitation == "multisine"
     ),
-    "integration": _Kind("IntegrationAnalysis", _asked("integration")),
-    "octaves": _Kind("OctaveAnalysis", _asked("octaves")),
-    "distribution": _Kind("DistributionAnalysis", _asked("distribution")),
+    "integration": _Kind("IntegrationAnalysis", _is_wanted("integration")),
+    "octaves": _Kind("OctaveAnalysis", _is_wanted("octaves")),
+    "distribution": _Kind("DistributionAnalysis", _is_wanted("distribution")),
     "orders": _Kind("OrderAnalysis", lambda result: result.shaft is not None),
-    "dwell": _Kind("DwellAnalysis", _asked("dwell")),
-    "waterfall": _Kind("WaterfallAnalysis", _asked("waterfall")),
-    "splitting": _Kind("SplittingAnalysis", _asked("splitting")),
-    "shock": _Kind("ShockAnalysis", _asked("shock")),
-    "fatigue": _Kind("FatigueAnalysis", _asked("fatigue")),
+    "dwell": _Kind("DwellAnalysis", _is_wanted("dwell")),
+    "waterfall": _Kind("WaterfallAnalysis", _is_wanted("waterfall")),
+    "splitting": _Kind("SplittingAnalysis", _is_wanted("splitting")),
+    "shock": _Kind("ShockAnalysis", _is_wanted("shock")),
+    "fatigue": _Kind("FatigueAnalysis", _is_wanted("fatigue")),
     "uncertainty": _Kind(
         "UncertaintyAnalysis", lambda result: result.test.processing.uncertainty
     ),
@@ -105,7 +105,7 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
         If the recording does not allow what is asked of this test itself.
     """
     found: list[Analysis] = []
-    notes = [*result.notes, *functions_left_out(result)]
+    notes = [*result.notes, *missing_functions(result)]
     for kind, one in ANALYSES.items():
         if not one.wanted(result):
             continue

@@ -10,9 +10,8 @@ from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
-from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows
-from shakerproc.spectra.responses import masks
-from shakerproc.spectra.strikes import rounded_up
+from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows, rounded_up
+from shakerproc.spectra.responses import estimators
 
 LEFT: Final = 0.05
 """Share of a response at the end of its block from which on leakage is told [-]: what is cut
@@ -52,7 +51,7 @@ class BlowAnalysis(AbstractAnalysis):
             summary=rows,
             panels=(_pulses(found),),
             told=(
-                *_told(found, 100.0 * result.spectra.added_damping(1.0)),
+                *_cut_text(found, 100.0 * result.spectra.added_damping(1.0)),
                 *_reach(result, found),
             ),
             problems=tuple(_problems(found)),
@@ -71,7 +70,7 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
     }
 
 
-def _told(found: Blows, added: float) -> list[str]:
+def _cut_text(found: Blows, added: float) -> list[str]:
     """Return how blows were cut; `added` is what the window adds to damping at 1 Hz [%]."""
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [
@@ -97,7 +96,7 @@ def _told(found: Blows, added: float) -> list[str]:
 def _reach(result: RunResult, found: Blows) -> Iterator[str]:
     """Yield where the force has fallen by 20 dB, if it does within the band."""
     frequency, force = result.spectra.frequency, result.psd[found.setup.force]
-    inside = masks.excited(frequency, result.band)
+    inside = estimators.excited(frequency, result.band)
     weak = frequency[inside & (force < FALLEN * force[inside].max())]
     if weak.size:
         yield (

@@ -257,7 +257,7 @@ class DecayAnalysis(AbstractAnalysis):
             summary=tuple(_row(mode) for mode in modes),
             panels=tuple(panel for mode in known[:DRAWN] for panel in _panels(mode)),
             told=(
-                *_told(modes, start, result),
+                *_sentences(modes, start, result),
                 *(() if expected else problems),
             ),
             problems=tuple(problems) if expected else (),
@@ -389,7 +389,7 @@ def _row(mode: DecayMode) -> dict[str, Cell]:
     return cells
 
 
-def _told(modes: Sequence[DecayMode], start: float, result: RunResult) -> Iterator[str]:
+def _sentences(modes: Sequence[DecayMode], start: float, result: RunResult) -> Iterator[str]:
     """Yield where the free part begins, and what each mode says of the law behind it."""
     yield (
         f"The free part begins at {numeral(start, 4)} s. Damping is that of the decay of the "

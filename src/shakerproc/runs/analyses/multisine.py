@@ -233,7 +233,7 @@ def about(reading: MultisineReading) -> Iterator[str]:
         f"{int(grid.even.sum())} even and {int(grid.odd.sum())} odd ones detect distortion."
     )
     if not grid.common:
-        yield _own_lines(grid)
+        yield _shared_lines(grid)
     if layout.left_out:
         yield (
             f"The first {layout.left_out} of {layout.periods} periods do not repeat (a "
@@ -267,7 +267,7 @@ def problems(reading: MultisineReading) -> Iterator[str]:
     )
 
 
-def _own_lines(grid: LineGrid) -> str:
+def _shared_lines(grid: LineGrid) -> str:
     """Return how far the realisations share their lines."""
     shared = int(np.sum(grid.carried > 1))
     each = grid.excited_in.sum(axis=1)

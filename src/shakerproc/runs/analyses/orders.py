@@ -22,7 +22,7 @@ from shakerproc.spectra.tones.orders import (
     rotation_at_angle,
     rotation_at_speed,
 )
-from shakerproc.testlog.analyses import Orders
+from shakerproc.testlog.processing import Orders
 
 MOST_ROWS: Final = 2000
 """Most stretches that are fitted, spread evenly over a longer run, which is told: finer than a

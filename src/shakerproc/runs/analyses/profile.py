@@ -12,7 +12,7 @@ from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
 from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
-from shakerproc.runs.levels import BEYOND_ALARM, beside
+from shakerproc.runs.levels import BEYOND_ALARM, rounded_within
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import CrossSpectra
@@ -86,7 +86,7 @@ class ProfileJudgement(AbstractAnalysis):
             columns=_columns(judged, demand, lines, profile),
             summary=summary,
             panels=(_panel(judged, profile, result),),
-            told=(_told(summary, profile), *_rms_told(rms, _rms_band(result, profile))),
+            told=(_verdict_text(summary, profile), *_rms_text(rms, _rms_band(result, profile))),
             problems=tuple(_broken(row, profile) for row in broken),
         )
 
@@ -222,7 +222,7 @@ def _verdict(
     }
 
 
-def _told(summary: Sequence[Mapping[str, Cell]], profile: Profile) -> str:
+def _verdict_text(summary: Sequence[Mapping[str, Cell]], profile: Profile) -> str:
     """Return the verdict in a sentence."""
     broken = [str(row["line"]) for row in summary if not row["kept"]]
     verdict = f"NOT KEPT ({', '.join(broken)})" if broken else "kept"
@@ -237,8 +237,8 @@ def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
     return (
         f"the control does not keep the {row['line']} line of profile {profile.name}: "
         f"{row['exceedance_db']:+.1f} dB beyond it at {numeral(row['at_hz'], 4)} Hz, "
-        f"{beside(share, allowed, sign=False)} % of the band beyond it by more than chance, "
-        f"where {allowed:g} % may be"
+        f"{rounded_within(share, allowed, sign=False)} % of the band beyond it by more than "
+        f"chance, where {allowed:g} % may be"
     )
 
 
@@ -260,7 +260,7 @@ def _rms(result: RunResult, profile: Profile, rows: Sequence[int]) -> dict[str, 
     }
 
 
-def _rms_told(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, ...]:
+def _rms_text(rms: Mapping[str, Cell], band: tuple[float, float]) -> tuple[str, ...]:
     """Return the comparison of the rms in a sentence, if there is one to say."""
     if not rms:
         return ()

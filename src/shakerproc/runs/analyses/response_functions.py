@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
-from shakerproc.runs.pairs import ChannelPair, functions_of, told_of_forces
+from shakerproc.runs.pairs import ChannelPair, force_remarks, functions_of
 from shakerproc.runs.result import BoolArray, RunResult
 
 DRAWN: Final = 8
@@ -25,7 +25,7 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
         """Return the response functions of a run."""
         del recording  # its spectra are those of the result
         pairs, asked = functions_of(result), result.test.processing.response_functions
-        told = told_of_forces(result)
+        told = force_remarks(result)
         if not pairs:
             title = "Response functions"
             return Analysis(self.kind, title, {}, (), (), told) if told else None

@@ -17,7 +17,7 @@ from shakerproc.spectra.response_spectra import shock_spectra
 from shakerproc.spectra.splitting import CELL, Cells, RecordPart, ShockRule, cells_of, split
 from shakerproc.spectra.welch.cross import psd
 from shakerproc.spectra.welch.engine import cross_spectra
-from shakerproc.testlog.analyses import Shock, Splitting
+from shakerproc.testlog.processing import Shock, Splitting
 
 MOST_DRAWN: Final = 8
 """Spectra in a figure at most."""
@@ -214,7 +214,7 @@ class SplittingAnalysis(AbstractAnalysis):
             columns=_columns(spectra, run.names),
             summary=tuple(table),
             panels=panels_of(cells, parts, spectra, run.names, run.start),
-            told=tuple(_told(parts, spectra)),
+            told=tuple(_advice(parts, spectra)),
         )
 
 
@@ -375,7 +375,7 @@ def _columns(
     return columns
 
 
-def _told(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
+def _advice(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
     """Yield how to go on, and what has no spectrum."""
     yield (
         "To process a part alone, give a test of the log its times: crop: {from: ... s, "

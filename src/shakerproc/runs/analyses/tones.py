@@ -43,7 +43,7 @@ class ToneAnalysis(AbstractAnalysis):
             summary=rows,
             panels=(),
             told=(
-                _told(rows, unit),
+                _tone_sentences(rows, unit),
                 "Level, control density, profile, densities, response functions and peaks are "
                 "those of the random vibration without these tones.",
             ),
@@ -97,7 +97,7 @@ def _responses(result: RunResult, tones: MixedTones) -> dict[str, Sequence[float
     return columns
 
 
-def _told(rows: Sequence[dict[str, Cell]], unit: str) -> str:
+def _tone_sentences(rows: Sequence[dict[str, Cell]], unit: str) -> str:
     """Return every tone in a sentence, with its verdict where there is one."""
     words = {True: ", kept", False: ", NOT KEPT", None: ""}
     return "Tones of the control: " + "; ".join(

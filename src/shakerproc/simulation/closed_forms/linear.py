@@ -311,7 +311,7 @@ def coulomb_amplitude(frequency_ratio: FloatArray, friction_ratio: float) -> Flo
     return np.sqrt(square)
 
 
-def coulomb_sliding_bound(frequency_ratio: FloatArray, n_instants: int = 4001) -> FloatArray:
+def coulomb_sliding_bound(frequency_ratio: FloatArray) -> FloatArray:
     r"""Return the least amplitude, over :math:`F_c / k`, at which the mass never sticks [-].
 
     .. math::
@@ -322,15 +322,13 @@ def coulomb_sliding_bound(frequency_ratio: FloatArray, n_instants: int = 4001) -
     ----------
     frequency_ratio : (...) array
         Forcing frequency over natural frequency, :math:`r` [-].
-    n_instants : int
-        Instants of the half cycle at which the maximum is sought.
 
     Returns
     -------
     (...) array
         Bound [-].
     """
-    angle = np.linspace(0.0, np.pi, n_instants + 2)[1:-1]
+    angle = np.linspace(0.0, np.pi, 4003)[1:-1]  # the ends are 0 over 0
     inverse = 1.0 / np.asarray(frequency_ratio)[..., None]
     turning = _turning(np.asarray(frequency_ratio))[..., None]
     above = turning * (np.cos(angle) - np.cos(angle * inverse))

@@ -11,7 +11,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.laws import HarmonicMotion
 from shakerproc.simulation.harmonic_balance.system import Coupling, PeriodicSystem
-from shakerproc.simulation.kernels.harmonic_fourier import Harmonics
+from shakerproc.simulation.kernels.harmonic import Harmonics
 
 PUSH = 10.0
 """How hard the velocity pushes dry friction to its limit, over the system's impedance [-]."""

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.simulation.kernels.harmonic_fourier import (
+from shakerproc.simulation.kernels.harmonic import (
     Harmonics,
     complex_of_real,
     multiplication,

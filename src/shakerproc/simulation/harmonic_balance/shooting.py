@@ -15,11 +15,13 @@ from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation.harmonic_balance import fourier
-from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch
-from shakerproc.simulation.harmonic_balance.stability import multipliers
+from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch, multipliers
 from shakerproc.simulation.inputs import Input, prepare
 from shakerproc.simulation.response import simulate
 from shakerproc.simulation.simulation import SimulatedResponse
+
+CORRECTION = 1e-12
+"""Size of the last correction of a state over that of the motion [-]."""
 
 PER_PERIOD = 32
 """Samples a period; the input between them is a polynomial of degree 9."""
@@ -56,7 +58,6 @@ def periodic_orbit(
     *,
     order: int = 1,
     n_samples: int = PER_PERIOD,
-    tolerance: float = 1e-12,
 ) -> Orbit | None:
     """Return the orbit near a guess, by Newton's method; None where there is none.
 
@@ -74,8 +75,6 @@ def periodic_orbit(
         Periods of the excitation in one round.
     n_samples : int
         Samples of the motion in one period of the excitation, at least 32.
-    tolerance : float
-        Size of the last correction over that of the motion [-].
     """
     given = _input_of_round(level, frequency, order, max(n_samples, PER_PERIOD))
     state = np.array(guess, np.float64)
@@ -92,7 +91,7 @@ def periodic_orbit(
         if not correction < 1.0:
             return None
         state = state + step
-        if correction < tolerance:
+        if correction < CORRECTION:
             last = _round_from_state(model, given, state)
             return Orbit(state, monodromy, last.motion[: state.size // 2, :-1])
     return None

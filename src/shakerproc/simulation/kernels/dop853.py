@@ -13,7 +13,7 @@ from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, inner
 from shakerproc.simulation.kernels.modes import event
 from shakerproc.simulation.kernels.motion import accelerate, begin, switch
-from shakerproc.simulation.kernels.roots import value
+from shakerproc.simulation.kernels.polynomials import value
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
     HOLDING,

@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 from shakerproc.models.compiled import inlined, inner
+from shakerproc.simulation.kernels.polynomials import region_of, table_event
 from shakerproc.simulation.kernels.table import (
     BOUC_WEN,
     CONSTANT,
@@ -28,7 +29,6 @@ from shakerproc.simulation.kernels.table import (
     VELOCITY,
     Machine,
 )
-from shakerproc.simulation.kernels.tabulated import region_of, table_event
 
 NONE: Final = -1
 

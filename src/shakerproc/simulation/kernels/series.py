@@ -9,6 +9,7 @@ from typing import Final
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined
 from shakerproc.simulation.kernels.modes import iwan_slip, signed
+from shakerproc.simulation.kernels.polynomials import cell, coefficient, origin
 from shakerproc.simulation.kernels.table import (
     BASE,
     BOUC_WEN,
@@ -34,7 +35,6 @@ from shakerproc.simulation.kernels.table import (
     VELOCITY,
     Machine,
 )
-from shakerproc.simulation.kernels.tabulated import cell, coefficient, origin
 
 _CHANGE: Final = 4.0
 

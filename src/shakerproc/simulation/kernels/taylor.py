@@ -11,7 +11,7 @@ from shakerproc.simulation.kernels.motion import (
     sticks,
     switch,
 )
-from shakerproc.simulation.kernels.roots import NEVER, first_rise, value
+from shakerproc.simulation.kernels.polynomials import NEVER, first_rise, value
 from shakerproc.simulation.kernels.series import trusted_share
 from shakerproc.simulation.kernels.table import (
     BOUC_WEN,

@@ -7,8 +7,7 @@ from shakerproc.spectra.decays.curves import (
     decay_curve,
     trend_of,
 )
-from shakerproc.spectra.decays.isolation import DecayLine
-from shakerproc.spectra.decays.lines import decay_lines, free_start
+from shakerproc.spectra.decays.lines import DecayLine, decay_lines, free_start
 from shakerproc.spectra.decays.readings import DecayReading
 
 __all__ = [

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.numerals import numeral
-from shakerproc.spectra.decays.isolation import (
+from shakerproc.spectra.decays.lines import (
     DecayEnvelope,
     DecayLine,
     envelope_of,

@@ -14,7 +14,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.spectra.decays.isolation import DecayEnvelope, Oscillation
+from shakerproc.spectra.decays.lines import DecayEnvelope, Oscillation
 
 LEAST_SAMPLES: Final = 8
 """Independent values of an envelope in a stretch at least [-]: six parameters of sixteen."""

@@ -103,7 +103,7 @@ def centred_notch(
 
 
 def thesis_notch(
-    samples: FloatArray, sample_rate: float, frequency: float = 50.0, half_width: float = 1.0
+    samples: FloatArray, sample_rate: float, frequency: float = 50.0
 ) -> FloatArray:
     """Return samples filtered to the letter of the thesis, spoiled edges and all.
 
@@ -113,8 +113,8 @@ def thesis_notch(
         Samples [any unit].
     sample_rate : float
         Samples per second, for the design of the filter [Hz].
-    frequency, half_width : float
-        Middle of the band-stop and distance to its half-power frequencies [Hz].
+    frequency : float
+        Middle of the band-stop, whose half-power frequencies lie 1 Hz beside it [Hz].
 
     Returns
     -------
@@ -130,7 +130,7 @@ def thesis_notch(
     ----------
     .. [1] THESIS, appendix C, "Notch filter"; MATLAB's designfilt and filtfilt.
     """
-    band = butterworth_band_stop(frequency - half_width, frequency + half_width, sample_rate)
+    band = butterworth_band_stop(frequency - 1.0, frequency + 1.0, sample_rate)
     return filter_both_ways(samples, *band, pad=THESIS_PAD)
 
 

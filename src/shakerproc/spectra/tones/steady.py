@@ -10,8 +10,7 @@ from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
-from shakerproc.spectra.welch.ridges import reader_of, ridge_of
-from shakerproc.spectra.welch.spectrograms import periodogram
+from shakerproc.spectra.welch.spectrograms import periodogram, reader_of, ridge_of
 
 STEADY: Final = 0.01
 """Relative change of frequency within a dwell [-]."""

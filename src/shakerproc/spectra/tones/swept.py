@@ -10,7 +10,7 @@ from shakerproc import checks
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.tones.tracking import ToneTrack, demodulated, track_of
-from shakerproc.spectra.welch.ridges import (
+from shakerproc.spectra.welch.spectrograms import (
     QUIET,
     SampleReader,
     mean_control,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
-from shakerproc.spectra.welch.ridges import CHUNK, Ridge, SampleReader, median_of_five
+from shakerproc.spectra.welch.spectrograms import CHUNK, Ridge, SampleReader, median_of_five
 
 LAW: Final = 0.03
 """Median relative distance from a straight law below which the law is used [-]."""

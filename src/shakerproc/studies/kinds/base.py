@@ -14,10 +14,18 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.models import Model
 from shakerproc.simulation.inputs import MOST_SAMPLES
-from shakerproc.studies.checks import Check, Checked, above, below, equals, trends
-from shakerproc.studies.placing import placed
-from shakerproc.studies.results import Columns, StudyPanel, StudyResult
-from shakerproc.studies.study import Study, StudyRun, check_measure, check_run
+from shakerproc.studies.results import (
+    Check,
+    Checked,
+    Columns,
+    StudyPanel,
+    StudyResult,
+    above,
+    below,
+    equals,
+    trends,
+)
+from shakerproc.studies.study import Study, StudyRun, check_measure, check_run, placed
 
 EXACT: Final = 1e-9
 """Resolution of a quantity that is computed without bins, as a share of the largest [-]."""

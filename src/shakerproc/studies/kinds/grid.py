@@ -21,11 +21,15 @@ from shakerproc.studies.kinds.base import (
     groups_of,
     label_of,
 )
-from shakerproc.studies.placing import TEMPERATURE, clearance_of
-from shakerproc.studies.readings import in_words, peak_frequency, read_run, spectrum
+from shakerproc.studies.readings import (
+    SimulatedMotion,
+    in_words,
+    peak_frequency,
+    read_run,
+    spectrum,
+)
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
-from shakerproc.studies.simulated import SimulatedMotion
-from shakerproc.studies.study import Measure, Study, StudyRun
+from shakerproc.studies.study import TEMPERATURE, Measure, Study, StudyRun, clearance_of
 
 
 @final

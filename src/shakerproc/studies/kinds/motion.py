@@ -22,16 +22,18 @@ from shakerproc.studies.kinds.base import (
     sine_start,
 )
 from shakerproc.studies.readings import (
-    chaotic_once_settled,
+    SimulatedMotion,
+    chaotic_in_steady_state,
     decay,
     distortion,
     half_cycle_scatter,
     half_cycles,
     period_of,
     read_run,
+    simulated,
+    strobe,
 )
 from shakerproc.studies.results import Columns, StudyLine, StudyPanel
-from shakerproc.studies.simulated import SimulatedMotion, simulated, strobe
 from shakerproc.studies.study import Study, StudyRun, check_run
 
 MOST_SHOWN = 20_000
@@ -179,7 +181,7 @@ class Bifurcation(AbstractKind):
             ),
             method=(
                 f"{counts[0]} periods after {study.option('settle periods', 400):g} to settle, "
-                f"each value from the same initial state, the sine begun {_begun(study)}"
+                f"each value from the same initial state, the sine begun {_sine_start(study)}"
             ),
         )
 
@@ -230,7 +232,8 @@ class Poincare(AbstractKind):
             },
             panels=tuple(panels),
             method=(
-                f"{study.option('periods', 2000):g} periods, the sine begun {_begun(study)}"
+                f"{study.option('periods', 2000):g} periods, "
+                f"the sine begun {_sine_start(study)}"
             ),
         )
 
@@ -255,11 +258,11 @@ def _period_sentence(x: FloatArray, v: FloatArray, growth: float) -> dict[str, f
     return {
         "period": period,
         "growth": growth,
-        "chaotic": float(chaotic_once_settled(growth, period)),
+        "chaotic": float(chaotic_in_steady_state(growth, period)),
     }
 
 
-def _begun(study: Study) -> str:
+def _sine_start(study: Study) -> str:
     return sine_start(0.0 if study.run is None else study.run.phase)
 
 

@@ -18,17 +18,19 @@ from shakerproc.studies.kinds.base import (
     label_of,
 )
 from shakerproc.studies.readings import (
+    SimulatedMotion,
     Spectrum,
+    excitation_of,
     half_cycle_scatter,
     half_energy_bins,
     in_words,
     peak_frequency,
     read_run,
     share_at,
+    simulated,
     spectrum,
 )
 from shakerproc.studies.results import Columns, StudyImage, StudyLine, StudyPanel
-from shakerproc.studies.simulated import SimulatedMotion, excitation_of, simulated
 from shakerproc.studies.study import Study, check_run, samples_left
 
 UNITS = {"acceleration": "(m/s²)²/Hz", "velocity": "(m/s)²/Hz", "displacement": "m²/Hz"}

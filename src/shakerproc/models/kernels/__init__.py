@@ -1,1 +1,0 @@
-"""Compiled laws: the force of a table row, and memory carried along a prescribed motion."""
