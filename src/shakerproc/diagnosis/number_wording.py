@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Final
 
 from shakerproc.diagnosis.estimate import Estimate, Known
+from shakerproc.diagnosis.result import Errors
 from shakerproc.diagnosis.selection.each_test import OneTest
 from shakerproc.numerals import numeral
 
@@ -63,6 +64,15 @@ def unexplained_sentence(test: OneTest) -> str:
     return (
         f"Of {test.name}, {which}, {numeral(test.error)} is left, "
         f"{numeral(test.error / test.floor, 2)} times its noise: {_held_out_instead(test)}."
+    )
+
+
+def whole_sentence(errors: Errors) -> str:
+    """Return that an effect does not explain whole tests as it does the time ahead judged."""
+    without = errors.held_out.before if errors.without is None else errors.without
+    return (
+        f"Over whole tests {numeral(errors.held_out.after)} is left, {numeral(without)} without "
+        "it: more is missing."
     )
 
 

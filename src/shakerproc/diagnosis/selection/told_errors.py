@@ -10,8 +10,9 @@ from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.result import Errors, Finding, Pair
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, SHARE
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
-from shakerproc.diagnosis.selection.errors import error_of_scored
+from shakerproc.diagnosis.selection.errors import beyond_noise, error_of_scored
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.updated import elements_of, model_with
 
@@ -50,3 +51,18 @@ def errors_told(
     fit = ahead(found.data, found.linear.fit, found.form)
     bare = replace(fit.hypothesis.model_at(fit.x), modes=known.modes) if effects else known
     return comparisons.errors(known, model_with(known, elements_of(effects), linear), bare, own)
+
+
+def holds_in_whole_tests(errors: Errors) -> bool:
+    """Return whether an effect explains most of whole tests, too, as `compare` runs them.
+
+    By the rule for candidates, which are judged over as long as motions can be predicted: of
+    the error beyond the noise it leaves half at most.
+    """
+    if errors.of_candidates is None:
+        return True
+    without = errors.held_out.before if errors.without is None else errors.without
+    left, was = (
+        beyond_noise(one, errors.noise_floor) for one in (errors.held_out.after, without)
+    )
+    return left <= max(NEGLIGIBLE, SHARE * was)

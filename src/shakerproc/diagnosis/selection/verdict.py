@@ -40,7 +40,11 @@ from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
-from shakerproc.diagnosis.selection.told_errors import errors_among, errors_told
+from shakerproc.diagnosis.selection.told_errors import (
+    errors_among,
+    errors_told,
+    holds_in_whole_tests,
+)
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
@@ -74,8 +78,6 @@ def judged(
     data, fit = found.data, ahead(found.data, chosen.fit, found.form)
     (before, after), own = errors_among(found, chosen)
     apart = _doubts(found, chosen, after)
-    complete = not (leaves_more(found, chosen) or apart)
-    left = Where() if complete else _where(found, chosen, after)
     alike, (faults, open_ones, at_fault) = indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
@@ -84,6 +86,10 @@ def judged(
     missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
     told_by = None if outside or locked or faults or found.rigid else comparisons
     errors = errors_told(found, effects, linear, own, told_by)
+    if effects and not holds_in_whole_tests(errors):
+        apart.append(number_wording.whole_sentence(errors))
+    complete = not (leaves_more(found, chosen) or apart)
+    left = Where() if complete else _where(found, chosen, after)
     if outside:
         verdict, sentence = "outside library", outside_sentence(found, effects, own)
         effects = []
