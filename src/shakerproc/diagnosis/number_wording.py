@@ -71,8 +71,8 @@ def whole_sentence(errors: Errors) -> str:
     """Return that an effect does not explain whole tests as it does the time ahead judged."""
     without = errors.held_out.before if errors.without is None else errors.without
     return (
-        f"Over whole tests {numeral(errors.held_out.after)} is left, {numeral(without)} without "
-        "it: more is missing."
+        f"Over whole tests {numeral(errors.held_out.after)} is left, {numeral(without)} "
+        "without it: more is missing."
     )
 
 
