@@ -99,4 +99,4 @@ def test_a_drive_that_repeats_itself_is_told_before_the_long_work():
     again = replace(again, responses=np.tile(once.responses[:, -part:], 4))
     with pytest.raises(DiagnosisError, match=r"repeats itself .* mark another test hold_out"):
         diagnose_arrays(one_mass(), [again], progress=said.append)
-    assert said == ["linear model"]
+    assert not said

@@ -8,10 +8,12 @@ from shakerproc.diagnosis import number_wording, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import numbers_off
 from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.diagnosis.result import Errors, Finding
 from shakerproc.diagnosis.selection.choice import bare, leaves_more
 from shakerproc.diagnosis.selection.proposing import Unexercised
 from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.models.effects import Table
 
 
 def nothing_named(
@@ -65,3 +67,18 @@ def _least(found: Found) -> tuple[str, float]:
     best = min((bare(found), found.linear, *found.effects), key=found.left_by)
     kinds = " and ".join(kind.replace("_", " ") for kind in best.fit.hypothesis.kinds)
     return kinds or "the fitted model", found.left_by(best)
+
+
+def outside_curve(found: Found) -> Outside | None:
+    """Return the force without a name as a curve [N] over motion [m], [m/s]."""
+    if found.free is None:
+        return None
+    element = found.free.fit.hypothesis.model.elements[-1]
+    table = element.effect
+    if not isinstance(table, Table):
+        return None
+    band = table.band or tuple(tuple(0.0 for _ in row) for row in table.force)
+    motion = found.data.model.motion
+    return Outside(
+        element.between, table.displacement, table.velocity, table.force, band, motion
+    )

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import ahead, falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
-from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
 from shakerproc.diagnosis.selection.choice import (
     bare,
@@ -36,7 +36,11 @@ from shakerproc.diagnosis.selection.each_test import (
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
-from shakerproc.diagnosis.selection.nothing_named import nothing_named, outside_sentence
+from shakerproc.diagnosis.selection.nothing_named import (
+    nothing_named,
+    outside_curve,
+    outside_sentence,
+)
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
@@ -48,7 +52,6 @@ from shakerproc.diagnosis.selection.told_errors import (
 from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
-from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
 
@@ -77,7 +80,6 @@ def judged(
     chosen = standing[0] if standing else bare(found)
     data, fit = found.data, ahead(found.data, chosen.fit, found.form)
     (before, after), own = errors_among(found, chosen)
-    apart = _doubts(found, chosen, after)
     alike, (faults, open_ones, at_fault) = indistinguishable(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
@@ -86,8 +88,7 @@ def judged(
     missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
     told_by = None if outside or locked or faults or found.rigid else comparisons
     errors = errors_told(found, effects, linear, own, told_by)
-    if effects and not holds_in_whole_tests(errors):
-        apart.append(number_wording.whole_sentence(errors))
+    apart = _doubts(found, chosen, after, errors if effects else own)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     if outside:
@@ -106,8 +107,7 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, standing, verdict)
-    scores, drawn = scores_of(found, standing, own), not data.model.excitation.imposed
-    sure = drawn and complete and found.is_explained_by(chosen)
+    scores, sure = scores_of(found, standing, own), complete and _has_odds(found, chosen)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
         sentence=sentence,
@@ -122,7 +122,7 @@ def judged(
         complete=complete,
         left=left,
         locked=locked,
-        outside=_curve(found) if outside else None,
+        outside=outside_curve(found) if outside else None,
         linear=linear,
         known_together=() if found.rigid else known_of(fit),
         modes=_further_modes(found),
@@ -134,12 +134,19 @@ def judged(
     )
 
 
-def _doubts(found: Found, chosen: Score, after: Simulated) -> list[str]:
+def _has_odds(found: Found, chosen: Score) -> bool:
+    """Return whether the draws of the calibration tell how probable a verdict is."""
+    return not found.data.model.excitation.imposed and found.is_explained_by(chosen)
+
+
+def _doubts(found: Found, chosen: Score, after: Simulated, errors: Errors) -> list[str]:
     """Return the sentences on a test, and on times ahead, of which more than noise is left."""
     apart = unexplained_tests(found, chosen, after)
     told = [number_wording.unexplained_sentence(one) for one in apart[:1]]
     if not leaves_more(found, chosen) and falls_short(found, chosen):
         told.append(number_wording.short_sentence(found.form.horizon))
+    if not holds_in_whole_tests(errors):
+        told.append(number_wording.whole_sentence(errors))
     return told
 
 
@@ -202,21 +209,6 @@ def _further_modes(found: Found) -> tuple[FurtherMode, ...]:
 def _where(found: Found, chosen: Score, parts: Simulated) -> Where:
     """Return where a model fails, by tests as it simulates them, fitted and held out."""
     return where_it_fails(failed_tests(found.data, _joint(found, chosen), parts))
-
-
-def _curve(found: Found) -> Outside | None:
-    """Return the force without a name as a curve."""
-    if found.free is None:
-        return None
-    element = found.free.fit.hypothesis.model.elements[-1]
-    table = element.effect
-    if not isinstance(table, Table):
-        return None
-    band = table.band or tuple(tuple(0.0 for _ in row) for row in table.force)
-    motion = found.data.model.motion
-    return Outside(
-        element.between, table.displacement, table.velocity, table.force, band, motion
-    )
 
 
 def _locked(found: Found, fit: Fit, effects: Sequence[Finding]) -> tuple[Locked, ...]:
