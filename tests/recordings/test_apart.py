@@ -38,7 +38,11 @@ def read(path, run):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Where the readers are: one place for all, so that processes go on."""
+    """Where the readers are: one place for all, so that processes go on.
+
+    Those that other tests have left do not know it.
+    """
+    apart._idle.cache_clear()
     return tmp_path_factory.mktemp("readers")
 
 
