@@ -13,7 +13,6 @@ from nptdms import ChannelObject, TdmsWriter
 from numpy.testing import assert_allclose
 from pyarrow import parquet
 from scipy import io as scipy_io
-from tests.recordings import shared_data
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
@@ -508,16 +507,16 @@ def test_a_reader_may_state_a_rate_alone_or_an_axis():
 
 
 @pytest.mark.shared
-def test_channels_that_begin_apart_stand_beside_each_other():
+def test_channels_that_begin_apart_stand_beside_each_other(shared):
     """ch1 is twice the control, and begins 8 samples later in the file."""
-    path = shared_data.FOLDER.parent / "cases" / "07-tdms-starts" / "one_ms.tdms"
+    path = shared / "cases" / "07-tdms-starts" / "one_ms.tdms"
     with open_recording(path) as recording:
         control, ch1 = recording.samples()
         assert_allclose(ch1, 2.0 * control, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.shared
-def test_contents_tell_what_a_spectrum_is():
-    path = shared_data.FOLDER.parent / "cases" / "08-abscissa-not-seconds" / "spectrum2.tdms"
+def test_contents_tell_what_a_spectrum_is(shared):
+    path = shared / "cases" / "08-abscissa-not-seconds" / "spectrum2.tdms"
     groups, _ = contents(path)
     assert all("spectrum" in channel.problem for channel in groups[0].channels)
