@@ -11,7 +11,6 @@ from tests.few_effects import FEW, seek_few
 
 from shakerproc.diagnosis import TestArrays, diagnose_arrays
 from shakerproc.diagnosis.adding import add_to_arrays, worse_whole
-from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import fit
@@ -62,7 +61,7 @@ def test_an_effect_with_which_whole_tests_are_predicted_worse_is_told(gap, kind,
     """The truth is a gap; before stands the linear model, whose peak is elsewhere."""
     data = DataSet(one_mass(), prepared(gap))
     values = GAP if kind == "gap" else {"coefficient": 1e13}  # a wall
-    form = usable_forms(campaign_of(data.model, data.tests))[0]
+    form = usable_forms(data)[0]
     tried = (hypothesis_of(data.model), np.zeros(2)), added(data, kind, **values)
     fits = [fit(data, *one, form.fitted, rounds=0) for one in tried]
     scores = [Score(one, np.zeros(3)) for one in fits]

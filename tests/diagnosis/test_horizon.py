@@ -16,7 +16,7 @@ CUBIC = {"coefficient": 3e11}
 def test_what_falls_far_behind_is_fitted_no_further_and_scored_as_the_rest():
     data = data_of(one_mass(effect=EFFECTS["cubic_stiffness"](**CUBIC)))
     campaign = campaign_of(data.model, data.tests)
-    forms = usable_forms(campaign)[:2]
+    forms = usable_forms(campaign.data)[:2]
     hypothesis, x = added(data, "cubic_stiffness", **CUBIC)
     shortest = campaign.stages.windows[0]
     best = carried(data, fit(data, hypothesis, x, shortest, rounds=5), forms)

@@ -10,7 +10,7 @@ by steps of Gauss and Newton. :math:`r` is what a free run leaves, :math:`u` are
 over what they are known to.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -23,7 +23,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.simulation import Input, Runs, free_runs, is_smooth, motions_of, simulate
-from shakerproc.simulation.inputs import prepare_like, prepare_measured, with_constant
+from shakerproc.simulation.inputs import prepare_measured, with_constant
 
 CONSTANT_SPREAD: Final = 0.1
 """Standard deviation of the constant of a force over its rms: what amplifiers and force sensors
@@ -33,7 +33,8 @@ TOLERANCE: Final = 1e-9
 """Of a simulation that is compared with a measurement, as a share of the motion [-]."""
 
 STARTED: Final = 2**22
-"""Samples that a start is fitted to at most, times the square of its numbers: some seconds."""
+"""Samples of a test times the square of the numbers of its start up to which that is fitted:
+some seconds."""
 
 _ROUNDS: Final = 4  # Gauss-Newton steps
 _STEP: Final = 0.01  # of a number, for slopes
@@ -72,24 +73,12 @@ def constant_spread(rows: FloatArray, quiet: Quiet | None) -> float:
     return float(np.hypot(drift, 0.0 if quiet else offset_errors(rows[np.newaxis])[0]))
 
 
-def given_of(model: Model, measured: Measured, own: Own) -> Input:
-    """Return the input of a model in a test, prepared for the engine."""
-    imposed = model.excitation.imposed
-    given = prepare_measured(measured.input, measured.sample_rate, imposed=imposed)
-    return with_constant(given, own.constant) if own.constant else given
-
-
-def noisy_of(measured: Measured, own: Own, given: Input, draw: FloatArray) -> Input:
-    """Return that input with a draw of noise, an (n,) array [m/s^2, N or m]."""
-    return prepare_like(measured.input + own.constant + draw, given)
-
-
-def run(model: Model, given: Input, own: Own, n: int | None = None) -> tuple[FloatArray, bool]:
+def run(model: Model, given: Input, own: Own) -> tuple[FloatArray, bool]:
     """Return signals of a free run, (n_sensors, n), and whether it ran away [SI].
 
-    `n` are the samples of it; all by default.
+    `given` is the input with the constant of the test.
     """
-    whole = np.array([(0, 0, given.n_samples if n is None else n)])
+    whole = np.array([(0, 0, given.n_samples)])
     start = None if own.start is None else own.start[np.newaxis]
     found = free_runs(model, Runs((given,), whole, start), means=not own.values)
     rows = found.outputs[0] if own.values else at_samples(model, found.outputs[0])
@@ -98,50 +87,49 @@ def run(model: Model, given: Input, own: Own, n: int | None = None) -> tuple[Flo
 
 def scored_whole(measured: Measured, simulated: FloatArray) -> Scored:
     """Return a test and its simulation, all that is judged counted, (n_sensors, n) [SI]."""
-    n = simulated.shape[1]
-    counted = np.zeros(n, bool)
+    counted = np.zeros(simulated.shape[1], bool)
     counted[measured.start : measured.stop] = True
     return Scored(
-        measured.responses[:, :n], simulated, measured.sample_rate, measured.error_band, counted
+        measured.responses, simulated, measured.sample_rate, measured.error_band, counted
     )
 
 
-def own_of(model: Model, measured: Measured) -> Own:
-    """Return the numbers of a test alone, fitted to it under a model.
+def own_of(model: Model, measured: Measured) -> tuple[Own, Input]:
+    """Return the numbers of a test alone, fitted to it under a model, and its input with them.
 
-    Nothing where a displacement is imposed; a start where the recording does not begin at rest.
+    Nothing where a displacement is imposed; a start where the recording does not begin at rest,
+    but of a large model in a long test (see `STARTED`). The input is prepared for the engine
+    [m/s^2, N or m].
     """
-    if model.excitation.imposed:
-        return Own()
-    problem = _Problem(model, measured)
+    imposed = model.excitation.imposed
+    given = prepare_measured(measured.input, measured.sample_rate, imposed=imposed)
+    if imposed:
+        return Own(), given
+    problem = _Problem(model, measured, given)
     own = problem.solved()
-    if is_smooth(model):
-        return own
-    as_values = Own(own.constant, own.start, values=True)
-    means, values = (problem.left(one) for one in (own, as_values))
-    better = values is not None and (means is None or values @ values < means @ means)
-    return as_values if better else own
+    if not is_smooth(model):
+        as_values = replace(own, values=True)
+        means, values = (problem.left(one) for one in (own, as_values))
+        better = values is not None and (means is None or values @ values < means @ means)
+        own = as_values if better else own
+    return own, with_constant(given, own.constant)
 
 
 @final
 class _Problem:
     """Least squares for the numbers of one test."""
 
-    def __init__(self, model: Model, measured: Measured) -> None:
-        self.model, self.measured = model, measured
-        self.given, self.n = given_of(model, measured, Own()), measured.input.size
+    def __init__(self, model: Model, measured: Measured, given: Input) -> None:
+        self.model, self.measured, self.given = model, measured, given
         names = motions_of(model)
-        sizes = np.zeros(0)
-        if measured.quiet is None:
-            moved = np.array([not name.startswith("state") for name in names])
-            sizes = _usual(model, self.given)[moved]
-            self.n = min(self.n, STARTED // sizes.size**2)
-            if self.n <= measured.start:
-                sizes = np.zeros(0)
+        moved = np.array([not name.startswith("state") for name in names])
+        small = measured.input.size * np.count_nonzero(moved) ** 2 <= STARTED
+        started = measured.quiet is None and small
+        self.sizes = _usual(model, given)[moved] if started else np.zeros(0)
+        self.rest = np.zeros(len(names) - self.sizes.size)
         force = model.excitation.role == "force"
         size = constant_spread(measured.input, measured.quiet)
         self.spread = np.array([size] if force else [])
-        self.sizes, self.rest = sizes, np.zeros(len(names) - sizes.size)
 
     def own(self, u: FloatArray) -> Own:
         """Return numbers from what they are over what they are known to."""
@@ -152,7 +140,7 @@ class _Problem:
     def left(self, own: Own) -> FloatArray | None:
         """Return the relative residuals of a free run; None where it runs away."""
         given = with_constant(self.given, own.constant)
-        simulated, failed = run(self.model, given, own, self.n)
+        simulated, failed = run(self.model, given, own)
         if failed:
             return None
         return relative_residuals(scored_whole(self.measured, simulated)).ravel()

@@ -12,8 +12,6 @@ from shakerproc.comparison.own import (
     Own,
     as_means,
     at_samples,
-    given_of,
-    noisy_of,
     own_of,
     run,
     scored_whole,
@@ -31,6 +29,7 @@ from shakerproc.errors import SimulationError
 from shakerproc.models import Model
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.simulation import Input, SimulatedResponse, motions_of, simulate
+from shakerproc.simulation.inputs import prepare_like
 
 LINEAR: Final = frozenset({"spring", "damper"})
 """Effects in whose company a disturbance dies out."""
@@ -119,8 +118,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    own = own_of(model, measured)
-    given = given_of(model, measured, own)
+    own, given = own_of(model, measured)
     try:
         simulation = simulate(
             model, given, start=_start(model, own), growth=not _is_stable(model),
@@ -130,7 +128,9 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
         raise SimulationError(f"{measured.run}: {error}") from error
     if windows is None and simulation.sensitive:
         windows = _windows(model, measured, given, simulation)
-    scored, moved = _scored(model, measured, own, windows, _sizes(simulation))
+    scored, moved = _scored(
+        model, measured, own, given, windows=windows, sizes=_sizes(simulation)
+    )
     part = slice(measured.start, measured.stop)
     outputs = np.array([simulation.outputs[name] for name in measured.sensors])
     return Prediction(
@@ -158,17 +158,17 @@ def _start(model: Model, own: Own) -> dict[str, tuple[float, float]] | None:
     }
 
 
-def free_run(model: Model, measured: Measured, own: Own) -> Scored:
+def free_run(model: Model, measured: Measured, own: Own, given: Input) -> Scored:
     """Return a test simulated as a whole, however a disturbance may grow.
 
-    `own` is what the test has of its own (see `own_of`) [SI].
+    `own` and `given` are the numbers of the test and its input with them (see `own_of`) [SI].
 
     Raises
     ------
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    simulated, failed = run(model, given_of(model, measured, own), own)
+    simulated, failed = run(model, given, own)
     if failed:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
     return scored_whole(measured, simulated)
@@ -178,11 +178,12 @@ def _scored(
     model: Model,
     measured: Measured,
     own: Own,
+    given: Input,
+    *,
     windows: Windows | None,
     sizes: FloatArray,
 ) -> tuple[Scored, FloatArray]:
     """Return the scored samples, and how the simulated ones move under noise of the input."""
-    given = given_of(model, measured, own)
     noisy = _noisy(model, measured, own, given)
     if windows is None:
         simulated, _ = run(model, given, own)
@@ -211,7 +212,7 @@ def _noisy(model: Model, measured: Measured, own: Own, given: Input) -> list[Inp
     count = 1 if _is_stable(model) else DRAWS
     n, rate = measured.input.size, measured.sample_rate
     draws = [measured.noise.drawn(n, rate, generator) for _ in range(count)]
-    return [noisy_of(measured, own, given, draw) for draw in draws]
+    return [prepare_like(measured.input + own.constant + draw, given) for draw in draws]
 
 
 def _sizes(simulation: SimulatedResponse) -> FloatArray:

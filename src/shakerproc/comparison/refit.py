@@ -135,7 +135,7 @@ def refit(
     first = problem.residuals(start)
     if first is None:
         for test, own in zip(chosen, problem.own, strict=True):
-            free_run(model, test, own)  # tells which test runs away
+            free_run(model, test, *own)  # tells which test runs away
         raise DiagnosisError(f"{model.title}: the motion runs away.")
     tell("scan of the stiffness")
     here = _scanned(problem, start)
@@ -226,7 +226,7 @@ class _Problem:
         try:
             model = self.model_at(logarithms)
             for test, own, kept in tests:
-                scaled = relative_residuals(free_run(model, test, own).within(~kept))
+                scaled = relative_residuals(free_run(model, test, *own).within(~kept))
                 out.append(scaled[:, test.start : test.stop].ravel() / np.sqrt(len(tests)))
         except (SimulationError, ValueError):  # a number outside what its effect allows
             return None

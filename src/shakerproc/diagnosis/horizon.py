@@ -48,7 +48,7 @@ def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:
     return score is not None and score.is_mostly_noise
 
 
-def usable_forms(campaign: Campaign) -> list[Form]:
+def usable_forms(data: DataSet) -> list[Form]:
     """Return the horizons at which something is fitted to and something held out.
 
     Raises
@@ -56,7 +56,6 @@ def usable_forms(campaign: Campaign) -> list[Form]:
     DiagnosisError
         If the tests are too short for any.
     """
-    data = campaign.data
     held = [f for f in forms_of(data) if _holds(f.fitted) and _holds(f.held_out)]
     forms = [f for f in held if _blocks(data, f.held_out) >= FEWEST_BLOCKS] or held[:1]
     if not forms:
@@ -102,7 +101,7 @@ def compared(
         horizon tells that best. The horizons, the last of which hypotheses are compared in; the
         model without any effect there; and those that may explain the tests.
     """
-    forms = usable_forms(campaign)
+    forms = usable_forms(campaign.data)
     best = min((linear, *singles), key=lambda one: one.level)
     standing, scores = [linear, *singles], list[Score]()
     least, chosen, near, reached = np.inf, 0, False, list[tuple[Fit, Form, float]]()

@@ -21,6 +21,7 @@ from shakerproc.diagnosis.estimation.correction import (
     turned,
     without_hum,
 )
+from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
@@ -67,7 +68,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     DiagnosisError
         If the tests leave nothing to judge by; before the long work.
     """
-    usable_forms(campaign_of(model, tests))
+    usable_forms(DataSet(model, tuple(tests)))
     if model.excitation.role is None:
         return _begun(model, fit_linear(model, tests), tests, say).ended(say)
     say("linear model")
@@ -170,7 +171,7 @@ def _begun(
     """
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests)
-    forms = usable_forms(campaign)
+    forms = usable_forms(campaign.data)
     say("the model's own numbers")
     linear = own_numbers(campaign, linear_model)
     rigid = rigid_joints(campaign.data)

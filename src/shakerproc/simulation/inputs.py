@@ -225,6 +225,8 @@ def prepare_like(samples: FloatArray, given: Input) -> Input:
 
 def with_constant(given: Input, value: float) -> Input:
     """Return an input with a constant besides [m/s^2 or N]."""
+    if value == 0.0:
+        return given
     pieces = given.pieces.copy()
     pieces[:, 0] += value
     return replace(given, pieces=pieces)

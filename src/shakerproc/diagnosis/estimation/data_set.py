@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.comparison.held_out import held_out_samples
-from shakerproc.comparison.own import as_means
+from shakerproc.comparison.own import as_means, constant_spread
 from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
@@ -157,6 +157,12 @@ class DataSet:
         return np.maximum(sizes, 1e-300)
 
     @cached_property
+    def constant_spreads(self) -> FloatArray:
+        """Standard deviation of the constant of each input over its rms, (n_tests,) [-]."""
+        spreads = [constant_spread(test.input, test.quiet) for test in self.tests]
+        return np.array(spreads) / self.input_sizes
+
+    @cached_property
     def measured(self) -> tuple[FloatArray, ...]:
         """Responses, accelerations as means or values (see `points`), (n_sensors, n)."""
         if self.points:
@@ -249,8 +255,8 @@ _WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces", "offsets"})
 """What was computed of a data set and does not depend on noise that is drawn beside it."""
 
 _WHATEVER_COMPARED: Final = frozenset({
-    "inputs", "input_sizes", "kept", "motions", "motion_sizes", "frequency", "lengths",
-    "_across", "noise", *_WHATEVER_DRAWN,
+    "inputs", "input_sizes", "constant_spreads", "kept", "motions", "motion_sizes",
+    "frequency", "lengths", "_across", "noise", *_WHATEVER_DRAWN,
 })  # fmt: skip
 """What was computed of a data set and does not depend on how accelerations are compared."""
 

@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.comparison.own import constant_spread
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Model
@@ -35,9 +34,7 @@ def spreads_of(data: DataSet) -> FloatArray:
     alike = data.sways.spread.tolist()
     alike += [STIFFNESS_SPREAD, STIFFNESS_SPREAD] if data.differing else []
     rows = np.repeat(np.array(alike, float)[:, None], n_tests, axis=1)
-    forces = data.tests if data.has_constants else ()
-    spreads = [constant_spread(test.input, test.quiet) for test in forces]
-    constants = np.reshape(spreads / data.input_sizes[: len(forces)], (-1, n_tests))
+    constants = data.constant_spreads[np.newaxis] if data.has_constants else rows[:0]
     return np.concatenate([constants, data.offsets.spread, rows])
 
 

@@ -84,7 +84,7 @@ def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
     what was chosen.
     """
     shown: dict[int, tuple[Scored, bool]] = {}
-    seen: set[int] = set()
+    seen, unsure = set[int](), set[int]()
     without = simulated_by(found.data, found.form, bare(found).fit)
     for (_, fitted), one, other in zip(_parts(found), without, simulated, strict=True):
         before, after = one or {}, other or {}
@@ -95,8 +95,8 @@ def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
             if less > max(SURE * spread, tenth):
                 shown.setdefault(i, (after[i], fitted))
             elif less + SURE * spread > tenth:
-                return None
-    if len(shown) != 1 or len(seen) < 2:
+                unsure.add(i)
+    if len(shown) != 1 or len(seen) < 2 or unsure - shown.keys():
         return None
     (i, (scored, fitted)), *_ = shown.items()
     return _told(found, i, scored, float("nan"), fitted=fitted)
