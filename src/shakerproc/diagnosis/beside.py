@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import permutations
 from typing import Final
 
 import numpy as np
@@ -22,6 +21,7 @@ from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.diagnosis.selection.choice import TENTH, bare, leaves_more, standing_of
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
 from shakerproc.diagnosis.selection.scores import Score, is_better, simplest_alike
+from shakerproc.diagnosis.simpler_laws import simpler_laws
 
 LOOKED_AT: Final = 8
 """Windows in which starts are compared [-]."""
@@ -68,7 +68,7 @@ def with_pairs_ahead(
     firsts = _unlike([*had[:NAMED], *singles])[:FIRSTS]
     pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)]
     pairs.sort(key=lambda pair: pair.level)
-    pairs += [one for pair in pairs[:1] for one in _limits(campaign, pair, form, known)]
+    pairs += [one for pair in pairs[:1] for one in simpler_laws(campaign.data, pair, known)]
     every = _lasting(campaign, [*had, *singles, *pairs], [found.form, *forms[:-1]])
     scores = best_of_each(scored_at(campaign, every, form))
     bared = scored_at(campaign, [linear], form)
@@ -139,25 +139,6 @@ def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
     left = [error_of(found.data, one.fit, form.held_out) for one in (best, reached)]
     surely = is_better(best, reached) and left[0] <= (1.0 - TENTH) * left[1]
     return surely or best.fit.hypothesis.size < reached.fit.hypothesis.size
-
-
-def _limits(campaign: Campaign, pair: Fit, form: Form, known: Known) -> list[Fit]:
-    """Return a pair with laws in place of each member that are limits of it."""
-    own, *parts = pair.hypothesis.parts(pair.x)
-    members, found = list(zip(pair.hypothesis.added, parts, strict=True)), list[Fit]()
-    for (kept, x), (other, _) in permutations(members, 2):
-        laws = known[other.between]
-        limits = [law.kind for law in laws[other.kind].contains if law.limit]
-        wanted = {kind: laws[kind] for kind in limits if kind in laws}
-        if not wanted:
-            continue
-        on = fit(
-            campaign.data, replace(pair.hypothesis, added=(kept,)), np.concatenate([own, x]),
-            form.fitted, rounds=0, channels=pair.channels,
-        )  # fmt: skip
-        if on is not None:
-            found += beside(campaign, on, form, {other.between: wanted})
-    return found
 
 
 def _leaves_more(found: Found) -> bool:

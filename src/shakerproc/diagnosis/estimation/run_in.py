@@ -80,8 +80,8 @@ def _with_starts(
         return None
     here, state = fitted
     lost = _lost(linearisation, state) if near is None else np.zeros(0, np.int64)
-    is_few = 0 < 2 * lost.size < len(windows)
-    other = _grown(data, found, run_in.chosen(lost)) if is_few else None
+    is_known = found.follows_most or 2 * lost.size < len(windows)
+    other = _grown(data, found, run_in.chosen(lost)) if lost.size and is_known else None
     if other is not None and here.starts is not None:
         here, state = _begun_at(linearisation, here, state, lost, other)
         here, _ = _settled(linearisation, here, state)

@@ -1,0 +1,85 @@
+"""The simpler laws that a fitted one contains, begun where it ended."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from shakerproc.data import FloatArray
+from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.form import ROUNDS
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
+from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.models.identification import Contained, Identification, Values
+from shakerproc.simulation import largest_states
+
+
+def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
+    """Return a fit with each law that is a limit of one of its effects in the place of that.
+
+    The richer law may have been fitted alone, or have reached a least value that the simpler
+    one missed: that begins with the numbers whose richer law is nearest.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    found : Fit
+        One or more effects.
+    known : mapping of joint to mapping of str to Identification
+        Laws that may be missing.
+    """
+    own, *parts = found.hypothesis.parts(found.x)
+    added, fits = found.hypothesis.added, list[Fit | None]()
+    for i, (richer, x) in enumerate(zip(added, parts, strict=True)):
+        laws = known.get(richer.between, {})
+        limits = [law for law in laws[richer.kind].contains if law.limit] if laws else []
+        for law in limits:
+            values = _nearest(laws[law.kind], law, richer, x)
+            one = addition(law.kind, richer.between, laws[law.kind], values)
+            hypothesis = replace(found.hypothesis, added=(*added[:i], one, *added[i + 1 :]))
+            begun = [own, *parts[:i], one.transformed(values), *parts[i + 1 :]]
+            fits.append(
+                fit(
+                    data, hypothesis, np.concatenate(begun), found.windows, rounds=ROUNDS,
+                    channels=found.channels, starts=_starts(found, hypothesis),
+                )
+            )  # fmt: skip
+    return [one for one in fits if one is not None]
+
+
+def _starts(found: Fit, other: Hypothesis) -> FloatArray | None:
+    """Return the starts of a fit for another law: masses as there, its memory as if new."""
+    if found.starts is None:
+        return None
+    n_memory, n_other = (
+        len(largest_states(h.model_at(x)))
+        for h, x in ((found.hypothesis, found.x), (other, np.zeros(other.size)))
+    )
+    masses = found.starts[:, : found.starts.shape[1] - n_memory]
+    return np.concatenate([masses, np.zeros((len(masses), n_other))], axis=1)
+
+
+def _nearest(
+    simpler: Identification, law: Contained, richer: Addition, x: FloatArray
+) -> Values:
+    """Return the numbers of a simpler law whose richer law is nearest a fitted one.
+
+    By the squares of the differences of its coordinates.
+    """
+
+    def values(at: FloatArray, start: Values) -> Values:
+        free = zip(simpler.free.items(), at, strict=True)
+        return {**start, **{name: one.from_fitted(float(v)) for (name, one), v in free}}
+
+    def apart(at: FloatArray, start: Values) -> float:
+        there = [richer.transformed(one) for one in law.extend(values(at, start))]
+        return min((float(np.sum((one - x) ** 2)) for one in there), default=np.inf)
+
+    begun = [
+        (np.array([one.to_fitted(float(start[n])) for n, one in simpler.free.items()]), start)
+        for start in simpler.starts
+    ]
+    first, start = min(begun, key=lambda one: apart(*one))
+    return values(minimize(apart, first, (start,), method="Nelder-Mead").x, start)
