@@ -1,8 +1,9 @@
 """The horizon: how far ahead the tests can be predicted, and what is worth a fit there."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, final
 
 import numpy as np
 
@@ -29,7 +30,16 @@ from shakerproc.diagnosis.selection.errors import (
     parted,
     pooled_floor,
 )
-from shakerproc.diagnosis.selection.scores import FAR, Score, as_fitted, best_of, gain, scored
+from shakerproc.diagnosis.selection.scores import (
+    FAR,
+    Score,
+    as_fitted,
+    best_of,
+    gain,
+    leaves_something,
+    scored,
+    simplest_alike,
+)
 from shakerproc.diagnosis.selection.standing import worth_a_fit
 from shakerproc.errors import DiagnosisError
 
@@ -104,57 +114,104 @@ def compared(
     forms = usable_forms(campaign.data)
     best = min((linear, *singles), key=lambda one: one.level)
     standing, scores = [linear, *singles], list[Score]()
-    least, chosen, near, reached = np.inf, 0, False, list[tuple[Fit, Form, float]]()
-    base, effects = Score(linear, np.full(1, np.inf)), list[Score]()
+    chosen, least, past = 0, np.inf, list[_Reached]()
+    near, whole = False, None
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
         if not near and is_mostly_noise(campaign, best):
-            near = True
-            found = _at_once(campaign, best, standing, forms[-1])
-            if found is not None:
-                campaign, longest, own = found
-                return campaign, [longest], *bare_and_effects(linear, own)
-        rounds = BEST_ROUNDS if best.follows_most else ROUNDS
-        sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
-        if i and (there is None or not _is_predicted(sampled, there, forms[i])):
-            break
-        least = least if sampled.data is campaign.data else np.inf
-        scores = scores_beside(sampled, best, there, standing, forms[i])
-        if not scores:
-            continue
-        campaign = sampled
-        best = best_of(scores).fit
-        left = error_of(campaign.data, best, forms[i].held_out)
-        reached = [*reached[-1:], (best, forms[i], left)]
-        if left > LONGER * least and not any(_is_noise(campaign, *one) for one in reached):
+            near, whole = True, _at_once(campaign, best, standing, forms[-1])
+            if whole is not None and whole.is_noise:
+                return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
+        here = _silent(campaign, standing, form) if i < len(forms) - 1 else None
+        scores = []
+        if here is None:
+            rounds = BEST_ROUNDS if best.follows_most else ROUNDS
+            sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
+            if i and (there is None or not _is_predicted(sampled, there, forms[i])):
+                break
+            scores = scores_beside(sampled, best, there, standing, forms[i])
+            if not scores:
+                continue
+            least = least if sampled.data is campaign.data else np.inf
+            campaign, here = sampled, _Reached(sampled, forms[i], scores)
+            best = here.best
+        if here.left > LONGER * least and not any(r.is_noise for r in (*past[-1:], here)):
             forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
             break
-        least = min(least, left)
-        chosen = i
-        base, effects = bare_and_effects(linear, scores)
-    return campaign, forms[: chosen + 1], base, effects
+        past, least, chosen = [*past, here], min(least, here.left), i
+    if whole is not None and chosen < len(forms) - 1 and whole.left <= LONGER * least:
+        return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
+    scores = past[-1].scores if past else []
+    if past and past[-1].is_silent:
+        scores += scores_beside(campaign, past[-1].best, None, standing[1:], forms[chosen])
+    return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Reached:
+    """What hypotheses leave at a horizon."""
+
+    campaign: Campaign
+    form: Form
+    scores: list[Score]
+    is_silent: bool = False
+
+    @property
+    def best(self) -> Fit:
+        """The hypothesis that predicts best."""
+        return best_of(self.scores).fit
+
+    @cached_property
+    def left(self) -> float:
+        """What that leaves of what was held out [-]."""
+        return error_of(self.campaign.data, self.best, self.form.held_out)
+
+    @cached_property
+    def is_noise(self) -> bool:
+        """Whether that is no more than noise makes of the motion there."""
+        data, windows = self.campaign.data, self.form.held_out.some(PREDICTED)
+        return is_within(self.left, pooled_floor(floors_of(data, self.best, windows)))
+
+
+def _silent(campaign: Campaign, standing: Sequence[Fit], form: Form) -> _Reached | None:
+    """Return a horizon at which the model without any effect leaves no more than noise.
+
+    None where it leaves more. Such a horizon tells of no effect, not even that it is not there.
+    """
+    bare = [one for one in standing if not one.hypothesis.added]
+    scores = scored_at(campaign, [carried(campaign.data, one, [form]) for one in bare], form)
+    if not scores or leaves_something(scores[0]):
+        return None
+    return _Reached(campaign, form, scores, is_silent=True)
 
 
 def _at_once(
     campaign: Campaign, best: Fit, standing: Sequence[Fit], form: Form
-) -> tuple[Campaign, Form, list[Score]] | None:
-    """Return the longest horizon and the scores there; None if more than noise is left.
+) -> _Reached | None:
+    """Return the longest horizon, if a fit leaves no more than noise there at once.
 
-    A fit that leaves no more than noise of short windows is next to the truth, and needs none
+    One that leaves no more than noise of short windows may be next to the truth, and needs none
     in between to arrive; where it leaves no more at the longest either, shorter ones tell
-    nothing that this one does not.
+    nothing that this one does not. All that short windows do not tell from the best are tried.
     """
     if not _is_predicted(campaign, best, form):
         return None
-    campaign, form, there = _arrived(campaign, best, form)
-    if there is None or not is_mostly_noise(campaign, there):
-        return None
-    scores = scores_beside(campaign, best, there, standing, form)
-    if not scores:
-        return None
-    first = best_of(scores).fit
-    left = error_of(campaign.data, first, form.held_out)
-    return (campaign, form, scores) if _is_noise(campaign, first, form, left) else None
+    for one in _as_good(campaign, best, standing):
+        there, longest, fitted = _arrived(campaign, one, form)
+        if fitted is not None and is_mostly_noise(there, fitted):
+            scores = scores_beside(there, one, fitted, standing, longest)
+            return _Reached(there, longest, scores) if scores else None
+    return None
+
+
+def _as_good(campaign: Campaign, best: Fit, standing: Sequence[Fit]) -> list[Fit]:
+    """Return the fits that leave as little of the same windows as the best, which is first."""
+    table = best.windows.table
+    fits = [one for one in standing if np.array_equal(one.windows.table, table)]
+    scores = [as_fitted(campaign.data, one) for one in fits]
+    alike = simplest_alike([score for score in scores if score is not None])
+    return [best, *(score.fit for score in alike if score.fit is not best)]
 
 
 def _arrived(
@@ -212,12 +269,6 @@ def _is_predicted(campaign: Campaign, found: Fit, form: Form) -> bool:
     It may part the motion by `PARTED` at most: else a good fit is judged by where motions part.
     """
     return parted(campaign.data, found, form.held_out.some(PREDICTED)) <= PARTED
-
-
-def _is_noise(campaign: Campaign, found: Fit, form: Form, left: float) -> bool:
-    """Return whether an error at a horizon is no more than noise makes of the motion there."""
-    floors = floors_of(campaign.data, found, form.held_out.some(PREDICTED))
-    return is_within(left, pooled_floor(floors))
 
 
 def along(

@@ -1,6 +1,6 @@
 """Residual of one effect of the library: two of them, or a force without a name."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import Final
@@ -21,11 +21,12 @@ from shakerproc.diagnosis.hypotheses.hypothesis import (
     Addition,
     addition,
 )
-from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.screening import free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
 from shakerproc.diagnosis.selection.scores import LEAST, Score, ranked, simplest_alike
 from shakerproc.diagnosis.selection.standing import contains
+from shakerproc.diagnosis.simpler_laws import simpler_laws
 from shakerproc.simulation import has_jumps
 
 FIRSTS: Final = 2
@@ -93,26 +94,8 @@ def hidden_pairs(
         found += second.found([other])
     found.sort(key=lambda pair: pair.level)
     for pair in found[:FIRSTS]:
-        found += _with_simpler(campaign, linear, pair, say)
+        found += simpler_laws(pair.data, pair, campaign.known)
     return _not_outdone(found, campaign.known)
-
-
-def _with_simpler(
-    campaign: Campaign, linear: Fit, pair: Fit, say: Callable[[str], None]
-) -> list[Fit]:
-    """Return the pair with simpler laws in place of each member that contains one.
-
-    At once the richest explain most, and pass for the simpler ones.
-    """
-    own, *parts = pair.hypothesis.parts(pair.x)
-    members = zip(pair.hypothesis.added, parts, strict=True)
-    found = []
-    for (one, x), (other, _) in permutations(members, 2):
-        contained = campaign.known[other.between][other.kind].contains
-        wanted = {(law.kind, other.between) for law in contained if law.limit}
-        if wanted:
-            found += _pairs(campaign, _beside(linear, one, own, x), say, wanted)[0]
-    return found
 
 
 def _beside(linear: Fit, one: Addition, own: FloatArray, x: FloatArray) -> Fit:
@@ -139,13 +122,8 @@ def with_more(
     for first in _unlike(found, singles, campaign.known)[:FIRSTS]:
         say(f"a second effect beside {first.hypothesis.kinds[0]}")
         pairs, failed = _pairs(campaign, first, say)
-        seconds = [pair.hypothesis.added[-1] for pair in pairs[:FIRSTS]]
-        wanted = {(one.kind, one.between) for one in seconds}
-        for simpler in singles:
-            if wanted and contains(first, simpler, campaign.known):
-                others, why = _pairs(campaign, simpler, say, wanted)
-                pairs += others
-                failed |= why
+        for pair in pairs[:FIRSTS]:
+            pairs += simpler_laws(pair.data, pair, campaign.known)
         pairs = _with_limits(_not_outdone(pairs, campaign.known), campaign.known)
         found, campaign, forms = _judged(found, campaign, forms, singles, pairs)
         found = replace(found, failed={**found.failed, **failed})
@@ -202,11 +180,10 @@ def _pairs(
     campaign: Campaign,
     first: Fit,
     say: Callable[[str], None],
-    wanted: Collection[tuple[str, Joint]] | None = None,
 ) -> tuple[list[Fit], dict[str, str]]:
-    """Return second effects beside one, the best first, and why others failed.
+    """Return second effects beside one, those that explain most and what they contain.
 
-    Those that are wanted; by default those that explain most, and what they contain.
+    The best first; and why others failed.
     """
     one = first.hypothesis.added[0]
     values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
@@ -216,16 +193,13 @@ def _pairs(
         campaign.known,
         (one.kind, one.between, values),
     )
-    if wanted is None:
-        jumps = has_jumps(first.hypothesis.model_at(first.x))
-        best = dict.fromkeys(
-            (kind, joint)
-            for (kind, joint, _), own in grouped(starts).items()
-            if jumps or max(start.explained for start in own) >= EXPLAINED
-        )
-        starts = with_limits(starts, list(best)[:SECONDS], campaign.known)
-    else:
-        starts = tuple(start for start in starts if (start.kind, start.between) in wanted)
+    jumps = has_jumps(first.hypothesis.model_at(first.x))
+    best = dict.fromkeys(
+        (kind, joint)
+        for (kind, joint, _), own in grouped(starts).items()
+        if jumps or max(start.explained for start in own) >= EXPLAINED
+    )
+    starts = with_limits(starts, list(best)[:SECONDS], campaign.known)
     if not starts:
         return [], {}
     second = OneMore(

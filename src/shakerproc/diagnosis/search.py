@@ -4,8 +4,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, final
 
-import numpy as np
-
 from shakerproc.diagnosis.beside import with_pairs_ahead
 from shakerproc.diagnosis.campaign import Campaign, campaign_of
 from shakerproc.diagnosis.data import Test
@@ -19,6 +17,7 @@ from shakerproc.diagnosis.estimation.correction import (
     is_unusual,
     residuals_of,
     turned,
+    turned_and_late,
     without_hum,
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -26,7 +25,6 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
     fit_linear,
-    signs_and_delays,
 )
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
@@ -72,10 +70,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     if model.excitation.role is None:
         return _begun(model, fit_linear(model, tests), tests, say).ended(say)
     say("linear model")
-    signs, late = signs_and_delays(model, tests)
-    if np.any(late):  # what is left of a delay is small: it is fitted along the slope in time
-        known = fit_linear(model, turned(tests, signs, late)).chain.delays
-        late = late + np.where(late != 0.0, known, 0.0)
+    signs, late = turned_and_late(model, tests)
     found = _with_chain(model, turned(tests, signs, late), say)
     return replace(
         found,

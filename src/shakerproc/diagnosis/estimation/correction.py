@@ -11,10 +11,17 @@ from shakerproc.comparison.own import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
-from shakerproc.diagnosis.estimation.linear import LINEAR_ENOUGH, UNUSUAL
+from shakerproc.diagnosis.estimation.linear import (
+    LINEAR_ENOUGH,
+    UNUSUAL,
+    fit_linear,
+    signs_and_delays,
+)
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
+from shakerproc.diagnosis.estimation.linear_start import MUCH_LESS
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
+from shakerproc.models import Model
 from shakerproc.simulation import Runs, free_runs
 from shakerproc.simulation.inputs import prepare_measured
 
@@ -59,6 +66,34 @@ def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
             responses = advanced(responses, delay, test.sample_rate)
         out.append(replace(test, input=linear.input_of(test), responses=responses))
     return tuple(out)
+
+
+def turned_and_late(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, FloatArray]:
+    """Return the sign of each sensor [-] and its delay [s] where that is large.
+
+    A sensor is late if the model with all its linear numbers fitted leaves half of the power
+    then that it leaves of the samples as they are: damping that is off passes for a delay of
+    a short test, too. What is left of a delay is small, and fitted along the slope in time.
+
+    Parameters
+    ----------
+    model : Model
+        The prior.
+    tests : sequence of Test
+        As recorded.
+    """
+    signs, late = signs_and_delays(model, tests)
+    if np.any(late):
+        in_time = fit_linear(model, turned(tests, signs, late))
+        as_recorded = fit_linear(model, turned(tests, signs, np.zeros_like(late)))
+        told = _power_left(in_time) < MUCH_LESS * _power_left(as_recorded)
+        late = np.where(late != 0.0, told * (late + in_time.chain.delays), 0.0)
+    return signs, late
+
+
+def _power_left(linear: LinearModel) -> float:
+    """Return the mean square of what a linear model leaves of each test [-]."""
+    return float(np.mean(np.square(list(linear.left.values()))))
 
 
 def turned(tests: Sequence[Test], signs: FloatArray, delay: FloatArray) -> tuple[Test, ...]:

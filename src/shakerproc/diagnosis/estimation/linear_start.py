@@ -13,7 +13,8 @@ from shakerproc.diagnosis.estimation.linear_problem import LinearTest
 _SCAN: Final = tuple(np.linspace(-0.6, 0.6, 49))  # of the logarithm of all stiffnesses
 _LATEST: Final = 0.02  # largest delay that is sought [s]
 _PER_PERIOD: Final = 32.0  # delays that are tried in a period of the highest frequency
-_MUCH_LESS: Final = 0.5  # share of what is left that a large delay may leave
+MUCH_LESS: Final = 0.5
+"""Share of what is left without it that a sign or a large delay may leave [-]."""
 
 
 def scanned(tests: Sequence[LinearTest], parameters: LinearParameters) -> FloatArray:
@@ -50,8 +51,8 @@ def wrong_way_and_late(
         delays.append(delay)
     best = np.argmin(shifted, axis=0)
     least = np.min(shifted, axis=0)
-    is_late = least < _MUCH_LESS * np.minimum(np.min(right, axis=0), np.min(wrong, axis=0))
-    is_turned = np.min(wrong, axis=0) < _MUCH_LESS * np.minimum(np.min(right, axis=0), least)
+    is_late = least < MUCH_LESS * np.minimum(np.min(right, axis=0), np.min(wrong, axis=0))
+    is_turned = np.min(wrong, axis=0) < MUCH_LESS * np.minimum(np.min(right, axis=0), least)
     found = np.array([delays[k][i] for i, k in enumerate(best)])
     return np.where(is_turned, -1.0, 1.0), np.where(is_late, found, 0.0)
 

@@ -31,7 +31,7 @@ class Offsets:
     spread : (n_offsets, n_tests) array
         Standard deviation of each over that [-].
     moves : (n_coordinates, n_offsets) array
-        By how much coordinates lie elsewhere by unit offsets: those of displacements [m/m].
+        By how much coordinates lie elsewhere by unit offsets of displacements [m/m].
     """
 
     sensors: tuple[int, ...]
@@ -53,12 +53,12 @@ class Offsets:
 def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
     """Return the offsets that are to be fitted; none where a displacement is imposed.
 
-    Those of displacements: laws count from where a mass rests.
+    Those of displacements, as laws count from where a mass rests, and of velocities.
     """
     error = np.array([test.offset_error for test in tests]).T
     noise = np.array([test.noise for test in tests]).T
-    placed = [] if model.excitation.imposed else _placed(model)
-    chosen = tuple(i for i in placed if np.any(error[i] > noise[i]))
+    asked = () if model.excitation.imposed else ("displacement", "velocity")
+    chosen = tuple(i for i in _telling(model, asked) if np.any(error[i] > noise[i]))
     sizes = np.array([
         [np.sqrt(np.mean(test.responses[i] ** 2)) for test in tests] for i in chosen
     ]).reshape(-1, len(tests))
@@ -67,17 +67,22 @@ def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
 
 
 def _moves(model: Model, chosen: Sequence[int]) -> FloatArray:
-    """Return the shifts of coordinates by unit offsets, (n_coordinates, n) array."""
-    n, sensors, placed = model.n_coordinates, list(model.sensors.values()), _placed(model)
-    alone = coordinates_of(model, ())
+    """Return the shifts of coordinates by unit offsets, (n_coordinates, n) array.
+
+    None by offsets of velocities.
+    """
+    n, sensors = model.n_coordinates, list(model.sensors.values())
+    placed, alone = _telling(model, ("displacement",)), coordinates_of(model, ())
     sees = np.reshape([alone.at(sensors[i].at)[:n] for i in placed], (-1, n))
-    return np.asarray(np.linalg.pinv(sees)[:, [placed.index(i) for i in chosen]])
+    moved = np.zeros((n, len(sensors)))
+    moved[:, placed] = np.linalg.pinv(sees)
+    return moved[:, list(chosen)]
 
 
-def _placed(model: Model) -> list[int]:
-    """Return the sensors that tell where a mass is."""
+def _telling(model: Model, motions: Sequence[str]) -> list[int]:
+    """Return the sensors that measure one of these motions of a mass."""
     return [
         i
         for i, sensor in enumerate(model.sensors.values())
-        if sensor.at != BASE and sensor.measures.endswith("displacement")
+        if sensor.at != BASE and sensor.measures.endswith(tuple(motions))
     ]
