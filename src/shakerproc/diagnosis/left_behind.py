@@ -14,7 +14,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.ladder import ladder_of
 from shakerproc.diagnosis.nudged.race import at_first, chosen, race
-from shakerproc.diagnosis.selection.choice import wants_more
+from shakerproc.diagnosis.selection.choice import is_outside, wants_more
 from shakerproc.diagnosis.selection.scores import Score, ranked
 
 MOST: Final = 8
@@ -33,10 +33,10 @@ def with_all(
 ) -> Found:
     """Return the result with every effect, where none that explains more can be named.
 
-    And more than noise is left. Those `known` race, too; none where motions are imposed, and
-    so held already.
+    And more than noise is left, or a force without a name explains more than any that was
+    fitted. Those `known` race, too; none where motions are imposed, and so held already.
     """
-    if not wants_more(found):
+    if not (wants_more(found) or is_outside(found)):
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
