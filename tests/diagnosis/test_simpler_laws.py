@@ -20,7 +20,7 @@ def test_play_of_next_to_nothing_before_friction_becomes_a_jenkins_element():
     series = fit(data, hypothesis, x, whole_tests(data, held_out=False), rounds=5)
     known = campaign_of(data.model, data.tests).known
     found = {one.hypothesis.kinds[0]: one for one in simpler_laws(data, series, known)}
-    assert set(found) == {"jenkins", "gap"}
+    assert set(found) == {"jenkins"}  # a gap is far behind
     jenkins = found["jenkins"]
     assert jenkins.x.size == series.x.size - 1
     assert jenkins.level < series.level + 0.01
@@ -28,7 +28,6 @@ def test_play_of_next_to_nothing_before_friction_becomes_a_jenkins_element():
     assert_allclose(effect.stiffness, JENKINS["stiffness"], rtol=0.05)
     assert_allclose(effect.slip_force, JENKINS["slip_force"], rtol=0.05)
     assert jenkins.hypothesis.added[0].between == JOINT
-    assert found["gap"].level > series.level + 0.1
 
 
 def test_each_effect_of_two_makes_room_for_what_it_contains_beside_the_other():

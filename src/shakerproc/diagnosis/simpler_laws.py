@@ -9,8 +9,10 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.selection.scores import FAR, as_fitted, gain
 from shakerproc.models.identification import Contained, Identification, Values
 from shakerproc.simulation import largest_states
 
@@ -19,7 +21,8 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
     """Return a fit with each law that is a limit of one of its effects in the place of that.
 
     The richer law may have been fitted alone, or have reached a least value that the simpler
-    one missed: that begins with the numbers whose richer law is nearest.
+    one missed: that begins with the numbers whose richer law is nearest. One that is far behind
+    after a few steps is left out.
 
     Parameters
     ----------
@@ -31,7 +34,7 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
         Laws that may be missing.
     """
     own, *parts = found.hypothesis.parts(found.x)
-    added, fits = found.hypothesis.added, list[Fit | None]()
+    added, fits = found.hypothesis.added, list[Fit]()
     for i, (richer, x) in enumerate(zip(added, parts, strict=True)):
         laws = known.get(richer.between, {})
         limits = [law for law in laws[richer.kind].contains if law.limit] if laws else []
@@ -40,13 +43,28 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
             one = addition(law.kind, richer.between, laws[law.kind], values)
             hypothesis = replace(found.hypothesis, added=(*added[:i], one, *added[i + 1 :]))
             begun = [own, *parts[:i], one.transformed(values), *parts[i + 1 :]]
-            fits.append(
-                fit(
-                    data, hypothesis, np.concatenate(begun), found.windows, rounds=ROUNDS,
-                    channels=found.channels, starts=_starts(found, hypothesis),
-                )
+            first = fit(
+                data, hypothesis, np.concatenate(begun), found.windows, rounds=FIRST_ROUNDS,
+                channels=found.channels, starts=_starts(found, hypothesis),
             )  # fmt: skip
-    return [one for one in fits if one is not None]
+            if first is not None and not _is_far_behind(data, first, found):
+                fits.append(_gone_on(data, first))
+    return fits
+
+
+def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:
+    """Return whether a fit surely leaves far more than another one of the same windows."""
+    own, best = as_fitted(data, one), as_fitted(data, found)
+    return own is None or (best is not None and gain(best, own).t > FAR)
+
+
+def _gone_on(data: DataSet, first: Fit) -> Fit:
+    """Return a fit that goes on until it has arrived."""
+    last = fit(
+        data, first.hypothesis, first.x, first.windows, rounds=ROUNDS,
+        channels=first.channels, starts=first.starts, step=first.steps,
+    )  # fmt: skip
+    return first if last is None else last
 
 
 def _starts(found: Fit, other: Hypothesis) -> FloatArray | None:
