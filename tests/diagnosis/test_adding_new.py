@@ -13,8 +13,8 @@ from shakerproc.diagnosis import TestArrays, diagnose_arrays
 from shakerproc.diagnosis.adding import add_to_arrays, worse_whole
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.form import usable_forms
 from shakerproc.diagnosis.estimation.least_squares import fit
-from shakerproc.diagnosis.horizon import usable_forms
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.one_effect import Fitted
 from shakerproc.diagnosis.selection.scores import Score

@@ -4,9 +4,9 @@ import numpy as np
 from tests.diagnosis.one_mass import added, data_of, one_mass
 
 from shakerproc.diagnosis.campaign import campaign_of
-from shakerproc.diagnosis.estimation.form import carried
+from shakerproc.diagnosis.estimation.form import carried, usable_forms
 from shakerproc.diagnosis.estimation.least_squares import fit
-from shakerproc.diagnosis.horizon import along, scored_at, usable_forms
+from shakerproc.diagnosis.horizon import along, scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.models import EFFECTS
 

@@ -64,3 +64,39 @@ def test_a_gap_around_a_wrong_zero_is_a_gap_with_its_clearance():
     assert [one.kind for one in found.effects] == ["gap"]
     clearance = found.effects[0].parameters["clearance"]
     assert clearance.value == pytest.approx(CLEARANCE, rel=0.01)
+
+
+def seen_by_velocity():
+    """Return force and velocity of a linear slider, by a sensor with an offset."""
+    t = np.arange(round(0.7 * RATE)) / RATE
+
+    def slope(time, y):
+        return [y[1], pushed(time) / MASS - OMEGA**2 * y[0] - 2.0 * RATIO * OMEGA * y[1]]
+
+    moved = solve_ivp(
+        slope, (0.0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-12, max_step=1e-3
+    ).y[1]
+    noise = 0.01 * np.random.default_rng(4).standard_normal((2, t.size))
+    force = pushed(t)
+    return force + noise[0] * force.std(), moved + (0.02 + noise[1]) * moved.std()
+
+
+def test_of_a_velocity_that_has_a_mean_nothing_is_missing_but_damping_that_is_off():
+    force, seen = seen_by_velocity()
+    joint, damping = ("base", "slider"), 2.0 * RATIO * MASS * OMEGA
+    elements = (
+        Element(Spring(1.05 * MASS * OMEGA**2), joint),
+        Element(Damper(1.25 * damping), joint),
+    )
+    model = Model(
+        "a slider", {"slider": MASS}, elements, Excitation("force", "slider"),
+        {"v": Sensor("slider", "velocity")},
+    )  # fmt: skip
+    test = TestArrays(
+        "a push", RATE, force[None], seen[None], excitation="random", band=(1.0, 30.0)
+    )
+    found = diagnose_arrays(model, [test])
+    assert found.verdict == "nothing missing"
+    assert found.errors.held_out.after < 0.01
+    (told,) = [value for name, value in found.linear.items() if "damping" in name]
+    assert told.value == pytest.approx(damping, rel=0.03)

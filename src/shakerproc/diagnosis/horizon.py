@@ -8,20 +8,16 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import (
     BEST_ROUNDS,
     ROUNDS,
     Form,
     arrived,
     carried,
-    forms_of,
+    usable_forms,
 )
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.lengths import FEWEST_BLOCKS
-from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.sampling import as_recorded
-from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.selection.errors import (
     PARTED,
@@ -41,7 +37,6 @@ from shakerproc.diagnosis.selection.scores import (
     simplest_alike,
 )
 from shakerproc.diagnosis.selection.standing import worth_a_fit
-from shakerproc.errors import DiagnosisError
 
 PREDICTED: Final = 24
 """Windows that tell how far a motion can be predicted: its mean square over them [-]."""
@@ -56,36 +51,6 @@ def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:
     """Return whether a fit leaves no more than noise of most of what it was fitted to."""
     score = as_fitted(campaign.data, found)
     return score is not None and score.is_mostly_noise
-
-
-def usable_forms(data: DataSet) -> list[Form]:
-    """Return the horizons at which something is fitted to and something held out.
-
-    Raises
-    ------
-    DiagnosisError
-        If the tests are too short for any.
-    """
-    held = [f for f in forms_of(data) if _holds(f.fitted) and _holds(f.held_out)]
-    forms = [f for f in held if _blocks(data, f.held_out) >= FEWEST_BLOCKS] or held[:1]
-    if not forms:
-        raise DiagnosisError(
-            f"{data.model.title}: the tests are too short, or their drive repeats "
-            "itself too often, to fit to one part and judge by another; record two seconds at "
-            "least, or mark another test hold_out: true."
-        )
-    return forms
-
-
-def _holds(windows: Windows) -> bool:
-    """Return whether windows hold more than the filter of the residual takes."""
-    return len(windows) > 0 and int(windows.table[:, 2].min()) > 2 * TAPS
-
-
-def _blocks(data: DataSet, windows: Windows) -> int:
-    """Return how many blocks windows are scored in."""
-    block = data.lengths.block_s * data.tests[0].sample_rate
-    return sum(max(1, round(float(size) / block)) for size in windows.table[:, 2])
 
 
 def compared(

@@ -21,6 +21,7 @@ from shakerproc.diagnosis.estimation.correction import (
     without_hum,
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.form import usable_forms
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
@@ -30,7 +31,7 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import is_mostly_noise, usable_forms
+from shakerproc.diagnosis.horizon import is_mostly_noise
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.left_behind import with_all
 from shakerproc.diagnosis.many_joints import raced

@@ -9,7 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, fit_plainly
-from shakerproc.diagnosis.estimation.lengths import HORIZON, RUN_IN
+from shakerproc.diagnosis.estimation.lengths import FEWEST_BLOCKS, HORIZON, RUN_IN
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
@@ -22,6 +22,7 @@ from shakerproc.diagnosis.estimation.windows import (
     windows_of,
 )
 from shakerproc.diagnosis.nudged.pieces import pieces
+from shakerproc.errors import DiagnosisError
 
 HORIZONS: Final = (5.0, HORIZON, 50.0)
 """Horizons in periods of the joint's motion (see `Lengths`), beside the whole test."""
@@ -170,6 +171,36 @@ def forms_of(data: DataSet) -> list[Form]:
         if shortest_s > longest_s:
             found.append(Form(shortest_s, fitted, scored, held_out))
     return found
+
+
+def usable_forms(data: DataSet) -> list[Form]:
+    """Return the horizons at which something is fitted to and something held out.
+
+    Raises
+    ------
+    DiagnosisError
+        If the tests are too short for any.
+    """
+    held = [f for f in forms_of(data) if _holds(f.fitted) and _holds(f.held_out)]
+    forms = [f for f in held if _blocks(data, f.held_out) >= FEWEST_BLOCKS] or held[:1]
+    if not forms:
+        raise DiagnosisError(
+            f"{data.model.title}: the tests are too short, or their drive repeats "
+            "itself too often, to fit to one part and judge by another; record two seconds at "
+            "least, or mark another test hold_out: true."
+        )
+    return forms
+
+
+def _holds(windows: Windows) -> bool:
+    """Return whether windows hold more than the filter of the residual takes."""
+    return len(windows) > 0 and int(windows.table[:, 2].min()) > 2 * TAPS
+
+
+def _blocks(data: DataSet, windows: Windows) -> int:
+    """Return how many blocks windows are scored in."""
+    block = data.lengths.block_s * data.tests[0].sample_rate
+    return sum(max(1, round(float(size) / block)) for size in windows.table[:, 2])
 
 
 def _judges(form: Form) -> bool:
