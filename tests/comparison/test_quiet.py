@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.comparison import quiet_of
-from shakerproc.comparison.quiet import end_of, offsets_of
+from shakerproc.comparison.noise_sources import end_of, offsets_of
 
 RATE = 2000.0
 

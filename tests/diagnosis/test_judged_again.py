@@ -6,8 +6,8 @@ import pytest
 from tests.diagnosis.one_mass import arrays_of, one_mass
 from tests.few_effects import seek_few
 
+from shakerproc.diagnosis.api import judged_again
 from shakerproc.diagnosis.data import prepared
-from shakerproc.diagnosis.judged_again import judged_again
 from shakerproc.diagnosis.search import search
 from shakerproc.models import EFFECTS
 

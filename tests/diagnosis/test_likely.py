@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from shakerproc.diagnosis.hypotheses.joints import identifications
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.screening.likely import in_likely_joints, likely, widening
+from shakerproc.diagnosis.screening.start import in_likely_joints, likely, widening
 from shakerproc.models.identification import JointScales
 
 JOINT = ("base", "coupon")

@@ -9,8 +9,7 @@ from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.nudged.ladder import ladder_of
-from shakerproc.diagnosis.nudged.pieces import pieces
+from shakerproc.diagnosis.nudged.ladder import ladder_of, pieces
 from shakerproc.diagnosis.nudged.race import at_first, race
 from shakerproc.models import EFFECTS
 

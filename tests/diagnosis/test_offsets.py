@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from shakerproc.comparison.quiet import offset_errors
+from shakerproc.comparison.noise_sources import offset_errors
 from shakerproc.diagnosis.api import diagnose_arrays
 from shakerproc.diagnosis.data import TestArrays
 from shakerproc.models import Element, Excitation, Model, Sensor

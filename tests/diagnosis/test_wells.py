@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.diagnosis.screening_cases import campaign, chain, identifications, with_effect
 
-from shakerproc.diagnosis.estimation.own_starts import own_start, turned
+from shakerproc.diagnosis.estimation.beginnings import own_start, turned
 from shakerproc.diagnosis.hypotheses.hypothesis import addition, hypothesis_of
 from shakerproc.diagnosis.screening import screen
 from shakerproc.models.effects import CubicStiffness

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.diagnosis.nudged.observing import slowest_decay
+from shakerproc.diagnosis.nudged.motion import slowest_decay
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.simulation.free_runs import led_by
 

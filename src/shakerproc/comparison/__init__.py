@@ -1,11 +1,11 @@
 """Measured and simulated: the one error, its floor, and where in a test a model fails."""
 
-from shakerproc.comparison.alike import scored_alike
 from shakerproc.comparison.comparison import (
     Comparison,
     TestComparison,
     compare,
     compare_tests,
+    scored_alike,
 )
 from shakerproc.comparison.document import COLUMNS, document_of, rows_of
 from shakerproc.comparison.errors import Pair, SensorErrors
@@ -28,10 +28,9 @@ from shakerproc.comparison.measured import (
     usable_tests,
 )
 from shakerproc.comparison.noise import Noise, noise_of
-from shakerproc.comparison.noise_sources import Channels
+from shakerproc.comparison.noise_sources import Channels, Quiet, quiet_of
 from shakerproc.comparison.own import as_means, at_samples
 from shakerproc.comparison.prediction import Prediction, predict
-from shakerproc.comparison.quiet import Quiet, quiet_of
 from shakerproc.comparison.refit import FittedParameter, Refit, refit
 from shakerproc.comparison.verdict import explained, sentence
 from shakerproc.comparison.windows import Windows, run_windows, windows_of

@@ -8,16 +8,18 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, band_above, noise_of
-from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.not_measured import (
+from shakerproc.comparison.noise_sources import Channels, Quiet, end_of, offsets_of, quiet_of
+from shakerproc.comparison.part import (
     AROUND,
     NotMeasuredError,
+    Part,
     check_frequency,
     check_measured,
     check_sizes,
+    few_periods,
+    free_part,
+    part_of,
 )
-from shakerproc.comparison.part import Part, few_periods, free_part, part_of
-from shakerproc.comparison.quiet import Quiet, end_of, offsets_of, quiet_of
 from shakerproc.comparison.sensors import (
     input_rows,
     misplaced,

@@ -18,7 +18,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.free_run_error import Scored, relative_residuals
 from shakerproc.comparison.measured import Measured
-from shakerproc.comparison.quiet import Quiet, offset_errors
+from shakerproc.comparison.noise_sources import Quiet, offset_errors
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models import Model

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from typing import Final, final
 
 from shakerproc.comparison.free_run_error import fall
-from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data import TestArrays, check, prepared
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimate import Estimate
@@ -21,7 +20,7 @@ from shakerproc.diagnosis.selection.errors import (
     pooled_floor,
     scored_tests,
 )
-from shakerproc.diagnosis.updated import effect_of, model_with
+from shakerproc.diagnosis.updated import Comparisons, effect_of, model_with
 from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.diagnosis.wording import mode_notes, whole_note
 from shakerproc.errors import DiagnosisError

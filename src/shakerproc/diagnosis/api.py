@@ -4,19 +4,27 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
+
 from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
-from shakerproc.diagnosis import wording
-from shakerproc.diagnosis.compared import Comparisons
-from shakerproc.diagnosis.component_search import search_component_tests
-from shakerproc.diagnosis.data import Test, TestArrays, check, prepared
+from shakerproc.diagnosis import component_tests, wording
+from shakerproc.diagnosis.beside import with_all
+from shakerproc.diagnosis.campaign import as_it_is, campaign_of
+from shakerproc.diagnosis.data import Test, TestArrays, check, prepared, with_noise_of
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
-from shakerproc.diagnosis.judged_again import judged_again
+from shakerproc.diagnosis.estimation.linear import as_given
+from shakerproc.diagnosis.estimation.one_more import OneMore
+from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.outcome import at_the_horizon
 from shakerproc.diagnosis.plausibility import check_plausible
 from shakerproc.diagnosis.result import Diagnosis
-from shakerproc.diagnosis.search import search
+from shakerproc.diagnosis.search import ruled_out, search, told
 from shakerproc.diagnosis.selection.refuted import with_more_refuted
+from shakerproc.diagnosis.selection.scores import ranked
 from shakerproc.diagnosis.selection.verdict import judged
+from shakerproc.diagnosis.updated import Comparisons
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.testlog import Shaker, TestLog
@@ -154,3 +162,85 @@ def diagnose_arrays(
         found, clearances=clearances, shaker=shaker, seed=seed, comparisons=comparisons
     )
     return replace(verdict, notes=(*verdict.notes, *wording.refuted_notes(refuted)))
+
+
+def search_component_tests(
+    model: Model, tests: Sequence[Test], say: Callable[[str], None]
+) -> Found:
+    """Return which single effect explains the force over an imposed motion, and how well.
+
+    Raises
+    ------
+    DiagnosisError
+        If the force cannot be simulated.
+    """
+    campaign = campaign_of(model, tests)
+    form = component_tests.form_of(campaign.data)
+    if not len(form.held_out):
+        raise DiagnosisError(
+            f"{model.title}: nothing can be held out, since the drive of each test repeats "
+            "itself. Add a test with another amplitude or frequency, marked hold_out: true."
+        )
+    campaign = replace(campaign, stages=component_tests.stages_of(form))
+    data = campaign.data
+    say("the model's own numbers")
+    linear = component_tests.linear_fit(data, form)
+    if linear is None:
+        raise DiagnosisError(f"{model.title}: its force cannot be simulated in these tests.")
+    say("screening")
+    starts = component_tests.starts_of(campaign, campaign.known)
+    own = np.zeros(len(linear.hypothesis.own))
+    one_more = OneMore(data, linear, campaign.known, campaign.stages, linear=own, say=say)
+    singles = one_more.found(starts)
+    bare = along(campaign, [linear], [form])
+    if not bare:
+        raise DiagnosisError(
+            f"{model.title}: its force cannot be simulated in what is held out."
+        )
+    found = Found(
+        data=data,
+        linear_model=as_given(model, tests),
+        form=form,
+        before=as_it_is(model, linear),
+        linear=bare[0],
+        effects=tuple(ranked(along(campaign, singles, [form]))),
+        free=None,
+        ruled_out=ruled_out(starts, singles),
+        failed=one_more.failed,
+    )
+    return with_all(found, campaign, [form], lambda: one_more.every(starts), say, known={})
+
+
+def judged_again(
+    model: Model, before: Found, tests: Sequence[Test], say: Callable[[str], None]
+) -> Found | None:
+    """Return the hypotheses, fitted and judged at the horizon by another noise.
+
+    None where they leave more than noise then: others may be better. Of structures all raced,
+    whatever the noise.
+
+    Parameters
+    ----------
+    model, tests, say
+        As for `search`; the tests differ from those before by their noise alone.
+    before : Found
+        What was found before.
+    """
+    campaign = campaign_of(before.data.model, with_noise_of(before.data.tests, tests))
+    if before.data.points:
+        campaign = replace(campaign, data=campaign.data.as_values())
+    if before.data.differing:
+        campaign = replace(campaign, data=campaign.data.as_differing())
+    fits = [score.fit for score in before.effects]
+    outcome = at_the_horizon(campaign, before.linear.fit, fits, say)
+    found = replace(
+        told(model, before.linear_model, outcome, before.failed, ()),
+        ruled_out=before.ruled_out,
+        corrected=before.corrected,
+        rigid=before.rigid,
+        signs=before.signs,
+        late=before.late,
+        hums=before.hums,
+        recorded=tuple(tests) if before.recorded else (),
+    )
+    return found if found.rigid or found.is_enough or model.structures else None

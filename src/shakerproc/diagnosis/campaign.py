@@ -1,13 +1,23 @@
 """Data and model that all hypotheses about a campaign share."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import final
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
 
 from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.growth import Stages, stages_of
+from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
+from shakerproc.diagnosis.estimation.growth import Stages, grown, stages_of
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
+from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
+from shakerproc.diagnosis.estimation.windows import whole_tests
+from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
+from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
 
@@ -45,4 +55,54 @@ def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
             j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()
         },
         stages=stages_of(data),
+    )
+
+
+STRUCTURE_ROUNDS: Final = 1
+"""Steps of a structure without effects on whole tests: its linear model explains them, or an
+effect is missing [-]."""
+
+RUNS_AWAY: Final = (
+    "its motion runs away in every test; check stiffness, damping and masses of the model."
+)
+"""What is said of a model that cannot be fitted."""
+
+
+def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
+    """Return the model's own numbers, fitted alone.
+
+    Of a structure to whole tests, from where its linear model is.
+
+    Raises
+    ------
+    DiagnosisError
+        If it runs away in every test.
+    """
+    data = campaign.data
+    none = hypothesis_of(data.model)
+    nothing = np.zeros(none.size)
+    if linear_model is not None and data.model.structures:
+        x, whole = as_in(none, linear_model.model), forms_of(data)[-1].fitted
+        found = fit(data, none, x, whole, rounds=STRUCTURE_ROUNDS)
+    else:
+        found = grown(data, none, nothing, campaign.stages)
+    if found is None:
+        whole = whole_tests(data, held_out=False)
+        found = fit(data, none, nothing, whole, rounds=ROUNDS)
+    if found is None:
+        raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
+    return found
+
+
+def as_it_is(original: Model, linear: Fit) -> Fit:
+    """Return the fit that is none: the numbers of the model file, perfect sensors."""
+    none = hypothesis_of(original)
+    nothing = np.zeros(none.size)
+    found = fit(linear.data, none, nothing, linear.windows, rounds=0)
+    if found is not None:
+        return found
+    gain, delay, of_tests = perfect(linear.data)
+    rows = np.full_like(linear.rows, RUNAWAY**2)
+    return replace(
+        linear, hypothesis=none, x=nothing, gain=gain, delay=delay, of_tests=of_tests, rows=rows
     )

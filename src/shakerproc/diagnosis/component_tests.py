@@ -12,12 +12,12 @@ import numpy as np
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.beginnings import own_start
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import Stages
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.levels import level_at
-from shakerproc.diagnosis.estimation.own_starts import own_start
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of

@@ -8,13 +8,12 @@ import numpy as np
 
 from shakerproc.comparison.measured import Measured
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.campaign import campaign_of
+from shakerproc.diagnosis.campaign import campaign_of, own_numbers
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.data.from_files import arrays
 from shakerproc.diagnosis.estimation.intervals import linear_estimates
 from shakerproc.diagnosis.horizon import compared
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
-from shakerproc.diagnosis.own_fit import own_numbers
 from shakerproc.errors import DiagnosisError, ModelError
 from shakerproc.models import Model
 

@@ -1,14 +1,16 @@
 """The numbers of a verdict that matter, in one line: what was found, how large, how surely."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
-from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.found import is_within
-from shakerproc.diagnosis.number_wording import shown
-from shakerproc.diagnosis.result import Diagnosis, Finding
+from shakerproc.diagnosis.result import Diagnosis, Errors, Finding
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
+from shakerproc.diagnosis.selection.each_test import OneTest
+from shakerproc.numerals import numeral
 from shakerproc.testlog import Test
 
 BOTH_SIDES: Final = ("gap", "contact_damping")
@@ -79,3 +81,102 @@ def _told(estimate: Estimate) -> str:
     if all(open_ends):
         return f"{shown(estimate)}, which no test tells"
     return f"{shown(estimate)}, without {'lower' if open_ends[0] else 'upper'} bound"
+
+
+LEAST_SHARE: Final = 1e-4
+"""Share of a number below which what calibration leaves open of it has no figure: stiffness
+does not move with the scale of base and response [-]."""
+
+MODAL: Final = ("frequency ", "damping_ratio ")
+"""How the names of numbers of modes of structures begin (see `naming.mode_name`)."""
+
+
+def off_sentences(off: Mapping[str, tuple[float, Estimate]]) -> list[str]:
+    """Return which numbers of the model were off, old and new; nothing where none was."""
+    modal = {name: both for name, both in off.items() if name.startswith(MODAL)}
+    numbers = "; ".join(
+        f"{name} {shown(replace(new, value=was), within=False)} in the file, "
+        f"fitted {shown(new)}"
+        for name, (was, new) in off.items()
+        if name not in modal
+    )
+    said = [f"Numbers of the model were off: {numbers}."] if numbers else []
+    for what in MODAL:
+        changes = [
+            float(new.value) / was - 1.0
+            for name, (was, new) in modal.items()
+            if name.startswith(what)
+        ]
+        if changes:
+            most = max(changes, key=abs)
+            count = f"{len(changes)} mode" + ("s were" if len(changes) > 1 else " was")
+            which = what.strip().replace("_", " ")
+            said.append(f"{count} off in {which}, by {100.0 * most:+.2g} % at most.")
+    return said
+
+
+def known_sentences(known: Sequence[Known]) -> list[str]:
+    """Return which numbers no test tells one by one, and what it tells of them together."""
+    by_pair: dict[tuple[str, str], list[str]] = {}
+    for one in known:
+        said = f"their {one.combination}, {shown(one.estimate)}"
+        by_pair.setdefault(one.numbers, []).append(said)
+    return [
+        f"These tests do not tell {a} and {b} one by one, only {' and '.join(said)}."
+        for (a, b), said in by_pair.items()
+    ]
+
+
+def shown_by_one_sentence(test: OneTest) -> str:
+    """Return that one test alone shows what was found, and what to hold out instead."""
+    return f"Of these tests {test.name} alone shows it: {_held_out_instead(test)}."
+
+
+def unexplained_sentence(test: OneTest) -> str:
+    """Return that a model leaves more than noise of a test, and what to hold out instead."""
+    which = "which was fitted" if test.fitted else "which was held out"
+    return (
+        f"Of {test.name}, {which}, {numeral(test.error)} is left, "
+        f"{numeral(test.error / test.floor, 2)} times its noise: {_held_out_instead(test)}."
+    )
+
+
+def whole_sentence(errors: Errors) -> str:
+    """Return that an effect does not explain whole tests as it does the time ahead judged."""
+    without = errors.held_out.before if errors.without is None else errors.without
+    return (
+        f"Over whole tests {numeral(errors.held_out.after)} is left, {numeral(without)} "
+        "without it: more is missing."
+    )
+
+
+def short_sentence(horizon_s: float | None) -> str:
+    """Return that a model predicts worse further ahead than candidates were judged."""
+    return f"Further than {numeral(horizon_s or 0.0, 2)} s ahead more is missing."
+
+
+def _held_out_instead(test: OneTest) -> str:
+    others = [name for name in test.instead_of if name != test.name]
+    if others:
+        return f"repeat it, and hold the repeat out instead of {' and '.join(others)}"
+    return "repeat it, and mark the repeat hold_out: true"
+
+
+def shown(estimate: Estimate, *, within: bool = True) -> str:
+    """Return a number for people, `within` what tests and calibration leave open of it."""
+    value = estimate.value
+    if not isinstance(value, float):
+        return str(value)
+    unit, factor = ("mm", 1e3) if estimate.unit == "m" else (estimate.unit, 1.0)
+    number = f"{factor * value:#.3g}" if unit == "mm" else numeral(value, 4)
+    said = f"{number} {unit}".removesuffix(" 1").removesuffix(" -")
+    if not within or estimate.by_tests is None:
+        return said
+    said += f" +- {_per_cent(estimate.by_tests)} by these tests"
+    if (estimate.by_calibration or 0.0) < LEAST_SHARE:
+        return said
+    return f"{said}, +- {_per_cent(estimate.by_calibration or 0.0)} by calibration"
+
+
+def _per_cent(share: float) -> str:
+    return f"{numeral(100.0 * share, 2)} %"

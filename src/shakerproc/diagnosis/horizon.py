@@ -35,8 +35,8 @@ from shakerproc.diagnosis.selection.scores import (
     leaves_something,
     scored,
     simplest_alike,
+    worth_a_fit,
 )
-from shakerproc.diagnosis.selection.standing import worth_a_fit
 
 PREDICTED: Final = 24
 """Windows that tell how far a motion can be predicted: its mean square over them [-]."""

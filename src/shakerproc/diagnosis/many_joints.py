@@ -7,16 +7,15 @@ model that is held needs none.
 from collections.abc import Callable
 from typing import Final
 
-from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.campaign import RUNS_AWAY, Campaign
+from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.ladder import ladder_of
 from shakerproc.diagnosis.nudged.many_joints import entered
 from shakerproc.diagnosis.nudged.race import Raced, race
-from shakerproc.diagnosis.own_fit import RUNS_AWAY
 from shakerproc.errors import DiagnosisError
 
 MOST: Final = 4

@@ -9,12 +9,11 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.beginnings import grouped
-from shakerproc.diagnosis.estimation.condition import Condition
+from shakerproc.diagnosis.estimation.beginnings import as_table, grouped
 from shakerproc.diagnosis.estimation.form import Form
+from shakerproc.diagnosis.estimation.growth import Condition
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS, OneMore
-from shakerproc.diagnosis.estimation.own_starts import as_table
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.hypothesis import (
@@ -24,8 +23,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import (
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.screening import free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import LEAST, Score, ranked, simplest_alike
-from shakerproc.diagnosis.selection.standing import contains
+from shakerproc.diagnosis.selection.scores import LEAST, Score, contains, ranked, simplest_alike
 from shakerproc.diagnosis.simpler_laws import simpler_laws
 from shakerproc.simulation import has_jumps
 

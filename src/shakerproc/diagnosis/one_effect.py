@@ -8,18 +8,17 @@ from typing import final
 import numpy as np
 
 from shakerproc.diagnosis import component_tests
-from shakerproc.diagnosis.campaign import Campaign, campaign_of
+from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.condition import Condition
+from shakerproc.diagnosis.estimation.beginnings import as_in, as_table
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
-from shakerproc.diagnosis.estimation.growth import grown
+from shakerproc.diagnosis.estimation.growth import Condition, grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
-from shakerproc.diagnosis.estimation.own_starts import as_in, as_table
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
@@ -27,7 +26,6 @@ from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scale
 from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.outcome import Outcome
-from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score

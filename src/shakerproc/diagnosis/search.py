@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, final
 
-from shakerproc.diagnosis.beside import with_pairs_ahead
-from shakerproc.diagnosis.campaign import Campaign, campaign_of
+from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
+from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.differing import alone, where_tests_differ
-from shakerproc.diagnosis.estimation.beginnings import grouped
-from shakerproc.diagnosis.estimation.condition import Condition
+from shakerproc.diagnosis.estimation.beginnings import as_in, grouped
 from shakerproc.diagnosis.estimation.correction import (
     corrected,
     explains,
@@ -22,6 +21,7 @@ from shakerproc.diagnosis.estimation.correction import (
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import usable_forms
+from shakerproc.diagnosis.estimation.growth import Condition
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
@@ -29,16 +29,13 @@ from shakerproc.diagnosis.estimation.linear import (
 )
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
-from shakerproc.diagnosis.estimation.own_starts import as_in
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import is_mostly_noise
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.left_behind import with_all
 from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
-from shakerproc.diagnosis.own_fit import as_it_is, own_numbers
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more

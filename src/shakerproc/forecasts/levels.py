@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import Measured
-from shakerproc.comparison.not_measured import AROUND
+from shakerproc.comparison.part import AROUND
 from shakerproc.numerals import numeral
 from shakerproc.planning.drive import noise_profile
 from shakerproc.planning.planned import level_text

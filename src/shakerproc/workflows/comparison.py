@@ -16,14 +16,15 @@ from shakerproc.comparison import (
     sentence,
     usable_tests,
 )
-from shakerproc.comparison.decay_departures import (
+from shakerproc.comparison.decays import (
+    DecayComparison,
+    compare_decays,
     curve_columns,
     decay_rows,
     document_of_decays,
     sentence_of_decays,
     sentences_of,
 )
-from shakerproc.comparison.decays import DecayComparison, compare_decays
 from shakerproc.comparison.document import mode_tables, modes_document
 from shakerproc.comparison.modes import ComparedModes, compared_modes
 from shakerproc.comparison.response_functions import FunctionComparison, compare_functions

@@ -10,11 +10,11 @@ from pydantic import TypeAdapter
 from shakerproc.campaign.jobs import at_hand
 from shakerproc.comparison import Usable
 from shakerproc.diagnosis import diagnose_tests
-from shakerproc.diagnosis.compared import Comparisons
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 from shakerproc.diagnosis.headline import probability_text
 from shakerproc.diagnosis.result import Diagnosis
+from shakerproc.diagnosis.updated import Comparisons
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model

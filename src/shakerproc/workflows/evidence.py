@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 if TYPE_CHECKING:
     from shakerproc.comparison import Comparison, Measured
     from shakerproc.comparison.modes import ComparedModes
-    from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.result import Diagnosis
+    from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.models import Model
     from shakerproc.report.evidence.functions import Decays
     from shakerproc.report.evidence.models import Models
@@ -255,8 +255,8 @@ def held_against(
     Its recordings are those of which the runs were made.
     """
     from shakerproc.diagnosis import diagnose_tests
-    from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.data.from_files import tests_of
+    from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256
 

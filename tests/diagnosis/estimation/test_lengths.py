@@ -3,7 +3,7 @@
 import pytest
 from numpy.testing import assert_allclose
 
-from shakerproc.diagnosis.estimation.lengths import Lengths
+from shakerproc.diagnosis.estimation.parts import Lengths
 
 
 def test_long_tests_have_windows_of_periods_and_blocks_of_half_a_second():

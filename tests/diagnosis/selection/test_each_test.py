@@ -7,7 +7,7 @@ import pytest
 from tests.diagnosis.one_mass import NOISE, arrays_of, one_mass
 
 from shakerproc.comparison.free_run_error import Scored
-from shakerproc.diagnosis import number_wording
+from shakerproc.diagnosis import headline
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.uncertain import Number, Parts, Uncertainty, known_together
@@ -63,7 +63,7 @@ def test_the_one_test_that_leaves_many_times_its_noise_is_named(found):
     (one, _) = unexplained(found, found.linear)
     assert one.name == "test 3"
     assert one.error == pytest.approx(0.3, rel=0.02)
-    assert number_wording.unexplained_sentence(one).startswith(
+    assert headline.unexplained_sentence(one).startswith(
         "Of test 3, which was fitted, 0.3 is left, 60 times its noise: repeat it"
     )
 
@@ -75,7 +75,7 @@ def test_noise_alone_leaves_no_test_unexplained(found):
 def test_an_effect_that_one_test_shows_is_told_with_what_to_hold_out(found):
     one = shown_by_one(found, simulated_by(found.data, found.form, (0.0, 0.0, 0.0)))
     assert one.name == "test 3"
-    assert "test 3 alone shows it" in number_wording.shown_by_one_sentence(one)
+    assert "test 3 alone shows it" in headline.shown_by_one_sentence(one)
 
 
 def test_an_effect_that_two_tests_show_is_not_that_of_one(found):
@@ -93,11 +93,11 @@ def test_a_test_that_may_show_an_effect_leaves_no_other_alone_with_it(found, mon
 
 def test_old_and_new_of_what_was_off_are_told():
     stiffness = Estimate(6.89e5, 6.8e5, 7.0e5, "N/m", 0.01, 0.0)
-    assert number_wording.off_sentences({"stiffness base-top": (5.96e5, stiffness)}) == [
+    assert headline.off_sentences({"stiffness base-top": (5.96e5, stiffness)}) == [
         "Numbers of the model were off: stiffness base-top 596000 N/m in the file, "
         "fitted 689000 N/m +- 1 % by these tests."
     ]
-    assert number_wording.off_sentences({}) == []
+    assert headline.off_sentences({}) == []
 
 
 def test_of_two_numbers_of_which_only_the_product_is_told_it_is_said():
@@ -113,7 +113,7 @@ def test_of_two_numbers_of_which_only_the_product_is_told_it_is_said():
     (one,) = known_together(uncertainty, numbers)
     assert (one.combination, one.estimate.value) == ("product", 6.0)
     assert one.estimate.by_tests == pytest.approx(1.96e-3 * np.sqrt(2.0))
-    assert number_wording.known_sentences([one]) == [
+    assert headline.known_sentences([one]) == [
         "These tests do not tell stiffness and length one by one, only their product, "
         "6 N/m m +- 0.28 % by these tests."
     ]

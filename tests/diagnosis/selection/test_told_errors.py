@@ -3,7 +3,7 @@
 import pytest
 
 from shakerproc.diagnosis.result import Errors, Pair
-from shakerproc.diagnosis.selection.told_errors import holds_in_whole_tests
+from shakerproc.diagnosis.selection.tried import holds_in_whole_tests
 
 
 def told(before, after, without, noise=0.01):

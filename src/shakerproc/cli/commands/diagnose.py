@@ -30,9 +30,9 @@ def diagnose(
     from shakerproc import files
     from shakerproc.campaign.jobs import at_hand
     from shakerproc.cli.messages import announce
-    from shakerproc.diagnosis.compared import Comparisons
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.diagnosis.headline import headline
+    from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.runs.summary import by_tests

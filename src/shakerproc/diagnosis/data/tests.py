@@ -10,8 +10,14 @@ from numpy.typing import NDArray
 
 from shakerproc.comparison.measured import REACH, UNCALIBRATED
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, noise_of
-from shakerproc.comparison.noise_sources import Channels
-from shakerproc.comparison.quiet import Quiet, end_of, offset_errors, offsets_of, quiet_of
+from shakerproc.comparison.noise_sources import (
+    Channels,
+    Quiet,
+    end_of,
+    offset_errors,
+    offsets_of,
+    quiet_of,
+)
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError

@@ -17,8 +17,7 @@ from shakerproc.diagnosis.estimation.linear import (
     fit_linear,
     signs_and_delays,
 )
-from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.linear_start import MUCH_LESS
+from shakerproc.diagnosis.estimation.linear_model import MUCH_LESS, LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
 from shakerproc.models import Model

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.comparison.held_out import held_out_samples
@@ -14,15 +15,31 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of
 from shakerproc.diagnosis.data.motion import coordinate_motions, frequency_of, joint_motion
-from shakerproc.diagnosis.estimation.lengths import Lengths
 from shakerproc.diagnosis.estimation.offsets import Offsets, offsets_of
-from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.parts import Lengths, Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS, Stack, stacks_of
-from shakerproc.diagnosis.estimation.uncertainty import uncertainty
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.models import Model
 from shakerproc.simulation import Input
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
+
+MODEL_SHARE: Final = 1e-3
+"""Share of a response to which no model is held: calibration, noise of the controls [-]."""
+
+ENVELOPE_S: Final = 0.05
+"""Length over which the size of a response is taken: some periods of most resonances [s]."""
+
+
+def uncertainty(test: Test) -> FloatArray:
+    """Return the standard deviation of each sample, (n_sensors, n) array.
+
+    Noise of the sensor, and a share of the response as it is just then.
+    """
+    size = max(8, round(ENVELOPE_S * test.sample_rate))
+    squared = scipy.ndimage.uniform_filter1d(test.responses**2, size, axis=1)
+    local = MODEL_SHARE * np.sqrt(np.maximum(squared, 0.0))
+    found: FloatArray = np.hypot(np.maximum(test.noise, 1e-300)[:, None], local)
+    return found
 
 
 @final

@@ -9,8 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, fit_plainly
-from shakerproc.diagnosis.estimation.lengths import FEWEST_BLOCKS, HORIZON, RUN_IN
-from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.estimation.parts import FEWEST_BLOCKS, HORIZON, RUN_IN, Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
@@ -21,7 +20,7 @@ from shakerproc.diagnosis.estimation.windows import (
     whole_tests,
     windows_of,
 )
-from shakerproc.diagnosis.nudged.pieces import pieces
+from shakerproc.diagnosis.nudged.ladder import pieces
 from shakerproc.errors import DiagnosisError
 
 HORIZONS: Final = (5.0, HORIZON, 50.0)

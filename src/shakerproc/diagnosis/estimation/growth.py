@@ -19,6 +19,32 @@ from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import whole_from_starts, whole_tests, windows_of
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 
+
+@final
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """Condition under which an effect is fitted to longer windows.
+
+    Attributes
+    ----------
+    wanted : str
+        Kind that is fitted to all windows, whatever it leaves; none if empty.
+    below : float
+        Level (see `Fit`) that others have to stay below in the shortest windows [-].
+    explained : bool
+        Whether the hypothesis without the effect leaves no more than noise: others have to
+        outdo it then.
+    """
+
+    wanted: str = ""
+    below: float = np.inf
+    explained: bool = False
+
+
+NONE: Final = Condition()
+"""No condition but those that hold for every effect."""
+
+
 LENGTHS: Final = (2.0, 5.0, 15.0)
 """Lengths of the windows in periods of the joint's motion, each a factor of two to three."""
 

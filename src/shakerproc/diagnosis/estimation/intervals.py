@@ -10,7 +10,7 @@ from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.uncertain import Number, known_together
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition
-from shakerproc.diagnosis.hypotheses.naming import own_names
+from shakerproc.diagnosis.hypotheses.own_numbers import own_names
 
 DIFFERENCE: Final = 1e-5
 """Change of a coordinate for the slopes of the printed numbers [-]."""

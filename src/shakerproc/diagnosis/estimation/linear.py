@@ -10,7 +10,12 @@ from shakerproc.comparison import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.further_modes import with_further_modes
-from shakerproc.diagnosis.estimation.linear_model import LinearModel, LinearNumber
+from shakerproc.diagnosis.estimation.linear_model import (
+    LinearModel,
+    LinearNumber,
+    scanned,
+    wrong_way_and_late,
+)
 from shakerproc.diagnosis.estimation.linear_parameters import Chain, LinearParameters
 from shakerproc.diagnosis.estimation.linear_problem import (
     LinearSolution,
@@ -20,7 +25,6 @@ from shakerproc.diagnosis.estimation.linear_problem import (
     refined,
     solve,
 )
-from shakerproc.diagnosis.estimation.linear_start import scanned, wrong_way_and_late
 from shakerproc.models import Model
 from shakerproc.models.coordinates import resolved
 from shakerproc.models.laws import Law

@@ -9,8 +9,12 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.controls import CONTRAST, contrasts
-from shakerproc.diagnosis.hypotheses.naming import own_names
-from shakerproc.diagnosis.hypotheses.own_numbers import OwnNumber, modal_numbers, with_values
+from shakerproc.diagnosis.hypotheses.own_numbers import (
+    OwnNumber,
+    modal_numbers,
+    own_names,
+    with_values,
+)
 from shakerproc.models import Mode, Model
 from shakerproc.models.laws import Law
 

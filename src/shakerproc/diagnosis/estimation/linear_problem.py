@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.data.spectra import spectra_of
+from shakerproc.diagnosis.data.controls import spectra_of
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.diagnosis.estimation.linear_response import poles_of, sensor_responses
 from shakerproc.models import Model

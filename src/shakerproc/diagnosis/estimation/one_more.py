@@ -13,9 +13,8 @@ from shakerproc.diagnosis.estimation.beginnings import (
     grouped,
     least_left,
 )
-from shakerproc.diagnosis.estimation.condition import NONE, Condition
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.growth import Stages, lengthened
+from shakerproc.diagnosis.estimation.growth import NONE, Condition, Stages, lengthened
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.parts import Windows
@@ -25,8 +24,15 @@ from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.starts import Group
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.scores import FAR, LEAST, Score, as_fitted, gain, is_better
-from shakerproc.diagnosis.selection.standing import worth_a_fit
+from shakerproc.diagnosis.selection.scores import (
+    FAR,
+    LEAST,
+    Score,
+    as_fitted,
+    gain,
+    is_better,
+    worth_a_fit,
+)
 
 FIRST_ROUNDS: Final = 2
 """Steps of a fit from the best of these: what they are worth shows by then [-]."""

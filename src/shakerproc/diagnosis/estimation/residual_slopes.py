@@ -8,7 +8,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.at_once import at_once
 from shakerproc.diagnosis.estimation.columns import (
     FINE,
     FINE_STEP,
@@ -22,7 +21,7 @@ from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
 from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
-from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, predict
+from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, at_once, predict
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 

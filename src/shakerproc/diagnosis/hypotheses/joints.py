@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import mobility
-from shakerproc.models.effects import EFFECTS, Spring
+from shakerproc.models.effects import EFFECTS, AbstractEffect, Spring
+from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.identification import Identification, JointScales
 
 Joint: TypeAlias = tuple[str, str]
@@ -87,3 +88,44 @@ def has_limit(known: Known, richer: tuple[str, Joint], simpler: tuple[str, Joint
     return joint == there and any(
         one.limit and one.kind == other for one in known[joint][kind].contains
     )
+
+
+PLACES: Final = np.geomspace(0.2, 1.5, 8)
+"""Places to rest that are tried, over the largest displacement that was measured [-]."""
+
+
+def wells_of(
+    effect: AbstractEffect, nearby: float, largest: float
+) -> tuple[tuple[float, float], ...]:
+    """Return sizes of a law and linear stiffnesses that hold a joint beside its middle.
+
+    The law's force is f(z), times a size. With a negative stiffness it holds the joint at z0
+    and at -z0, and is as stiff there as it is known to be nearby::
+
+        stiffness z0 + size f(z0) = 0,    stiffness + size f'(z0) = nearby
+
+    Accelerations do not tell in which well the joint is.
+
+    Parameters
+    ----------
+    effect : AbstractEffect
+        The law; none are returned of one that does not push back alike on both sides.
+    nearby : float
+        Stiffness that the joint has where it rests [N/m].
+    largest : float
+        Largest displacement that was measured [m].
+
+    Returns
+    -------
+    tuple of (float, float)
+        Size over that of the law [-], and stiffness [N/m].
+    """
+    if nearby <= 0.0 or not isinstance(effect, AbstractMemorylessEffect):
+        return ()
+    z = PLACES * largest
+    force, other = effect.force_at(z, 0.0 * z), effect.force_at(-z, 0.0 * z)
+    bend = effect.slopes(z, 0.0 * z)[0] - force / z
+    if not np.allclose(force, -other, atol=0.0) or np.any(bend == 0.0):
+        return ()
+    sizes, stiffnesses = nearby / bend, -nearby * force / (z * bend)
+    return tuple((float(s), float(k)) for s, k in zip(sizes, stiffnesses, strict=True))

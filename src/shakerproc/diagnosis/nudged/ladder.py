@@ -7,7 +7,74 @@ import numpy as np
 
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.nudged.pieces import pieces
+from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.nudged.motion import slowest_decay
+
+FORGOTTEN: Final = 3.0
+"""Decay of the energy of an error, as a logarithm, after which a start is forgotten: to e^-3 =
+5 %. Of a mass with a sensor that is one over the rate, times this [-]."""
+
+PERIODS: Final = 2.0
+"""Periods of the joint's motion that the place of a joint takes to find itself [-]."""
+
+
+def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windows:
+    """Return pieces of tests with as much of the energy of the responses in each step.
+
+    With even steps in time, what a sweep passes in a moment would be lost. Each has a lead-in
+    in which the start is forgotten, and which does not count; those that are to run freely are
+    held in it alone, at the angular frequency of the joint's motion.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    rate : float
+        Nudging rate; 0 where the pieces run freely [1/s].
+    share : float
+        Share of the samples that counts; 1 is all [-].
+    held_out : bool
+        Whether to take what is held out, or what is fitted to.
+    """
+    held_at = rate or 2.0 * np.pi * data.frequency
+    lead_s = max(
+        FORGOTTEN / (2.0 * slowest_decay(data.model, held_at)), PERIODS / data.frequency
+    )
+    lead = TAPS + round(lead_s * data.tests[0].sample_rate)
+    table, counted = [], []
+    for i, (test, runs) in enumerate(
+        zip(data.tests, data.stretches(held_out=held_out), strict=True)
+    ):
+        length = max(lead, round(data.lengths.block_s * test.sample_rate))
+        for first, last in _chosen(data, i, runs, length, share):
+            begin = max(0, first - lead)
+            if last - begin > lead + 2 * TAPS:
+                table.append((i, begin, last - begin))
+                counted.append(np.arange(begin, last) >= max(first, begin + lead))
+    return Windows(
+        np.array(table, np.int64).reshape(-1, 3), tuple(counted), rate=held_at,
+        lead=None if rate else lead,
+    )  # fmt: skip
+
+
+def _chosen(
+    data: DataSet, test: int, runs: tuple[tuple[int, int], ...], length: int, share: float
+) -> list[tuple[int, int]]:
+    """Return the first sample and the end of pieces of a length in stretches of a test."""
+    if share >= 1.0:
+        return [(a, b) for a, b in runs if b - a > 2 * TAPS]
+    places = np.array([
+        (a, min(a + length, b)) for first, b in runs for a in range(first, b - 2 * TAPS, length)
+    ]).reshape(-1, 2)
+    if not len(places):
+        return []
+    energy = np.cumsum(np.sum((data.tests[test].responses / data.noise[test]) ** 2, axis=0))
+    own = np.maximum(energy[places[:, 1] - 1] - energy[places[:, 0]], 1e-300)
+    count = min(len(places), max(2, round(share * len(places))))
+    steps = (np.arange(count) + 0.5) / count
+    which = np.unique(np.searchsorted(np.cumsum(own) / own.sum(), steps))
+    return [(int(a), int(b)) for a, b in places[np.minimum(which, len(places) - 1)]]
+
 
 RATES: Final = ((1.0, 0.03), (0.3, 0.04), (0.1, 0.06), (0.03, 0.1), (0.01, 0.15), (0.003, 0.2))
 """Nudging rates over the angular frequency of the joint's motion, each a third of the last, and

@@ -18,8 +18,7 @@ from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.ladder import Rung
 from shakerproc.diagnosis.nudged.starts import Group, beyond, own_starts
 from shakerproc.diagnosis.selection.errors import error_of
-from shakerproc.diagnosis.selection.scores import FAR, as_fitted
-from shakerproc.diagnosis.selection.standing import worth_a_fit
+from shakerproc.diagnosis.selection.scores import FAR, as_fitted, worth_a_fit
 from shakerproc.numerals import numeral
 
 LOOKED_AT: Final = 4

@@ -9,8 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
-from shakerproc.diagnosis.hypotheses.joints import Joint, Known
-from shakerproc.diagnosis.hypotheses.wells import wells_of
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known, wells_of
 from shakerproc.models.identification import Contained, Identification, Values
 
 Group: TypeAlias = tuple[str, Joint, tuple[str, ...]]

@@ -9,8 +9,8 @@ Nothing is linearised where every mass carries a sensor: F is taken along the me
 Divided by the standard deviation of the noise, all rows count alike.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -19,8 +19,15 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.tests import FLOOR_SHARE
+from shakerproc.diagnosis.screening.laws import force_along
+from shakerproc.diagnosis.screening.motion import Motions
 from shakerproc.diagnosis.screening.stretches import Stretch
-from shakerproc.diagnosis.screening.transfer import LinearModel
+from shakerproc.diagnosis.screening.transfer import Joint, LinearModel
+from shakerproc.errors import ModelError
+from shakerproc.models import Model
+from shakerproc.models.coordinates import resolved
+from shakerproc.models.effects import AbstractEffect
+from shakerproc.models.laws import Law as Formula
 
 GAIN: Final = 0.01
 """Usual error of a sensor's gain: what calibration sheets promise [-]."""
@@ -211,3 +218,57 @@ def _sensor_errors(measured: ComplexArray, frequency: FloatArray) -> ComplexArra
     n_sensors = measured.shape[1]
     own = np.eye(n_sensors)[:, None, :, None] * measured
     return np.concatenate([GAIN * own, -DELAY * 2j * np.pi * frequency * own])
+
+
+_STEP: Final = 1e-3
+"""Share by which each number is changed for its slope: the screening is linear in it [-]."""
+
+
+def columns_of(
+    equations: Equations, motions: Motions, between: Joint, effects: Sequence[AbstractEffect]
+) -> FloatArray:
+    """Return the whitened columns of effects in one joint; zeros where a force fails."""
+    absolute = effects[0].absolute
+    motion = motions.across(between, absolute=absolute)
+    rates = [test.sample_rate for test in equations.tests]
+    forces = [
+        np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
+        for s in equations.stretches
+    ]
+    for force in forces:
+        force[~np.all(np.isfinite(force), axis=1)] = 0.0
+    direction = equations.linear.direction(between, second_only=absolute)
+    return equations.columns(forces, direction)
+
+
+def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatArray:
+    """Return columns of the model's own nonlinear elements, and of each of their numbers.
+
+    What the linear model leaves holds their forces; what is to be added explains the rest.
+    Their sizes and numbers remain free, to first order.
+
+    Returns
+    -------
+    (n_columns, n_blocks, n_rows) array
+        Whitened; zeros where a force fails.
+    """
+    found = [equations.nuisances[:0]]
+    for element in resolved(model):
+        if all(row.law is Formula.LINEAR for row in element.effect.rows()):
+            continue
+        effects = [element.effect, *_nearby(element.effect)]
+        columns = columns_of(equations, motions, element.between, effects)
+        found += [columns[:1], (columns[1:] - columns[0]) / _STEP]
+    return np.concatenate(found)
+
+
+def _nearby(effect: AbstractEffect) -> Iterator[AbstractEffect]:
+    """Yield the effect with one number after the other changed, where it can be."""
+    for name, parameter in effect.parameters.items():
+        value = getattr(effect, name)
+        if parameter.choices or not isinstance(value, (int, float)) or not value:
+            continue
+        try:
+            yield replace(effect, **{name: (1.0 + _STEP) * value})  # type: ignore[type-var]
+        except (ValueError, ModelError):
+            continue

@@ -8,8 +8,12 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.screening.equations import Equations, equations_of
-from shakerproc.diagnosis.screening.forces import columns_of, own_columns
+from shakerproc.diagnosis.screening.equations import (
+    Equations,
+    columns_of,
+    equations_of,
+    own_columns,
+)
 from shakerproc.diagnosis.screening.laws import Law
 from shakerproc.diagnosis.screening.motion import Motions, motions_of
 from shakerproc.diagnosis.screening.regression import Gains, Regression

@@ -1,14 +1,25 @@
 """The hypotheses that were tried, as a diagnosis lists them."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
 import numpy as np
 
+from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
-from shakerproc.diagnosis.estimation.intervals import estimates, numbers
+from shakerproc.diagnosis.estimation.intervals import estimates, numbers, numbers_off
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.result import Tried
+from shakerproc.diagnosis.further_ahead import ahead
+from shakerproc.diagnosis.joint_outcomes import Outside
+from shakerproc.diagnosis.result import Errors, Finding, Pair, Tried
 from shakerproc.diagnosis.screening import Start
-from shakerproc.diagnosis.selection.errors import error_of_scored, scored_tests
+from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, SHARE, bare, leaves_more
+from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
+from shakerproc.diagnosis.selection.errors import beyond_noise, error_of_scored, scored_tests
+from shakerproc.diagnosis.selection.proposing import Unexercised
 from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.diagnosis.updated import Comparisons, elements_of, model_with
+from shakerproc.models.effects import Table
 
 
 def tried(found: Found, score: Score, *, stands: bool) -> Tried:
@@ -44,3 +55,122 @@ def _words(start: Start) -> dict[str, Estimate]:
     """Return words that distinguish variants of an effect: the side of a stop."""
     words = {name: value for name, value in start.values.items() if isinstance(value, str)}
     return {name: Estimate(word, None, None, "") for name, word in words.items()}
+
+
+def errors_among(found: Found, chosen: Score) -> tuple[tuple[Simulated, Simulated], Errors]:
+    """Return tests as simulated by the model as it is and by what was chosen, and the errors.
+
+    Errors are as candidates are judged; of the model as it is, in tests as recorded.
+    """
+    data, form, alone = found.data, found.form, found.left_by(found.linear)
+    before, after = (
+        simulated_by(data.plain, form, found.before), simulated_by(data, form, chosen.fit)
+    )  # fmt: skip
+    recorded = before
+    if found.as_recorded is not data:
+        recorded = simulated_by(found.as_recorded.plain, form, found.before)
+    fitted, held_out = map(error_of_scored, recorded)
+    errors = Errors(
+        Pair(fitted, error_of_scored(after[0])),
+        Pair(held_out, found.left_by(chosen)),
+        found.floor_under(chosen),
+        {test.name: form.horizon for test in data.tests},
+        alone if chosen.fit.hypothesis.added and np.isfinite(alone) else None,
+    )
+    return (before, after), errors
+
+
+def errors_told(
+    found: Found, effects: Sequence[Finding], linear: Mapping[str, Estimate], own: Errors,
+    comparisons: Comparisons | None,
+) -> Errors:  # fmt: skip
+    """Return the errors as `compare` tells them of the model that is proposed; else `own`."""
+    if comparisons is None:
+        return own
+    known = found.before.hypothesis.model
+    fit = ahead(found.data, found.linear.fit, found.form)
+    bare = replace(fit.hypothesis.model_at(fit.x), modes=known.modes) if effects else known
+    return comparisons.errors(known, model_with(known, elements_of(effects), linear), bare, own)
+
+
+def holds_in_whole_tests(errors: Errors) -> bool:
+    """Return whether an effect explains most of whole tests, too, as `compare` runs them.
+
+    By the rule for candidates, which are judged over as long as motions can be predicted: of
+    the error beyond the noise it leaves half at most.
+    """
+    if errors.of_candidates is None:
+        return True
+    without = errors.held_out.before if errors.without is None else errors.without
+    left, was = (
+        beyond_noise(one, errors.noise_floor) for one in (errors.held_out.after, without)
+    )
+    return left <= max(NEGLIGIBLE, SHARE * was)
+
+
+def nothing_named(
+    found: Found,
+    chosen: Score,
+    errors: Errors,
+    unclosed: Unexercised | None,
+    far: Mapping[str, tuple[float, Estimate]],
+    *,
+    apart: Sequence[str],
+) -> tuple[str, str]:
+    """Return the verdict where nothing was found: a clearance may never have been closed.
+
+    `apart` are sentences on where it does not hold.
+    """
+    which = "the fitted model" if chosen is found.linear else "the model as it is in its file"
+    unnamed = wording.unnamed_sentence(errors.among, which, _least(found))
+    known = np.isfinite(errors.noise_floor)
+    if known and leaves_more(found, chosen):
+        return "cannot tell", unnamed
+    if far:
+        return "cannot tell", wording.far_sentence(far)
+    if unclosed is not None:
+        sentence = wording.unexercised_sentence(
+            unclosed.clearance, unclosed.reach, found.data.model.motion
+        )
+        return "cannot tell", sentence
+    if not known:
+        return "cannot tell", unnamed
+    if apart:
+        sentence = f"{unnamed} {apart[0]}"
+        return "cannot tell", sentence
+    complete = found.is_explained_by(chosen)
+    said = [wording.nothing_sentence(errors, which, complete=complete)]
+    if chosen is found.linear:
+        said += headline.off_sentences(numbers_off(chosen.fit))
+    said += wording.noise_sentences(errors)
+    return "nothing missing", " ".join(said)
+
+
+def outside_sentence(found: Found, effects: Sequence[Finding], errors: Errors) -> str:
+    """Return the verdict that no effect will do, and which one to add meanwhile."""
+    free = found.free or found.best
+    return wording.outside_sentence(
+        found.left_by(free), _least(found)[1], found.floor, effects, errors
+    )
+
+
+def _least(found: Found) -> tuple[str, float]:
+    """Return the name of what leaves least of all that was tried, and what it leaves [-]."""
+    best = min((bare(found), found.linear, *found.effects), key=found.left_by)
+    kinds = " and ".join(kind.replace("_", " ") for kind in best.fit.hypothesis.kinds)
+    return kinds or "the fitted model", found.left_by(best)
+
+
+def outside_curve(found: Found) -> Outside | None:
+    """Return the force without a name as a curve [N] over motion [m], [m/s]."""
+    if found.free is None:
+        return None
+    element = found.free.fit.hypothesis.model.elements[-1]
+    table = element.effect
+    if not isinstance(table, Table):
+        return None
+    band = table.band or tuple(tuple(0.0 for _ in row) for row in table.force)
+    motion = found.data.model.motion
+    return Outside(
+        element.between, table.displacement, table.velocity, table.force, band, motion
+    )

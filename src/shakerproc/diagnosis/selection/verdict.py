@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from shakerproc.diagnosis import number_wording, wording
-from shakerproc.diagnosis.compared import Comparisons
+from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import (
     estimates,
@@ -36,22 +35,22 @@ from shakerproc.diagnosis.selection.each_test import (
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
-from shakerproc.diagnosis.selection.nothing_named import (
-    nothing_named,
-    outside_curve,
-    outside_sentence,
-)
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
 from shakerproc.diagnosis.selection.scores import Score
-from shakerproc.diagnosis.selection.told_errors import (
+from shakerproc.diagnosis.selection.tried import (
     errors_among,
     errors_told,
     holds_in_whole_tests,
+    nothing_named,
+    outside_curve,
+    outside_sentence,
+    tried,
+    untried,
 )
-from shakerproc.diagnosis.selection.tried import tried, untried
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
+from shakerproc.diagnosis.updated import Comparisons
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
 
@@ -142,11 +141,11 @@ def _has_odds(found: Found, chosen: Score) -> bool:
 def _doubts(found: Found, chosen: Score, after: Simulated, errors: Errors) -> list[str]:
     """Return the sentences on a test, and on times ahead, of which more than noise is left."""
     apart = unexplained_tests(found, chosen, after)
-    told = [number_wording.unexplained_sentence(one) for one in apart[:1]]
+    told = [headline.unexplained_sentence(one) for one in apart[:1]]
     if not leaves_more(found, chosen) and falls_short(found, chosen):
-        told.append(number_wording.short_sentence(found.form.horizon))
+        told.append(headline.short_sentence(found.form.horizon))
     if not holds_in_whole_tests(errors):
-        told.append(number_wording.whole_sentence(errors))
+        told.append(headline.whole_sentence(errors))
     return told
 
 
@@ -166,10 +165,10 @@ def _with_rest(
 
     Which numbers no test tells, which test alone shows the effects, and what is left.
     """
-    beside = number_wording.known_sentences(known_of(chosen.fit))
+    beside = headline.known_sentences(known_of(chosen.fit))
     alone = shown_by_one(found, after)
     if alone is not None:
-        beside.append(number_wording.shown_by_one_sentence(alone))
+        beside.append(headline.shown_by_one_sentence(alone))
     if found.is_explained_by(chosen):
         beside += wording.noise_sentences(errors)
     else:

@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from shakerproc.diagnosis.estimate import Estimate
-from shakerproc.diagnosis.number_wording import LEAST_SHARE
+from shakerproc.diagnosis.headline import LEAST_SHARE
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style

@@ -9,13 +9,15 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from shakerproc.comparison.decay_departures import (
+from shakerproc.comparison.decays import (
+    DecayComparison,
+    ModeDecay,
+    TestDecays,
     decay_rows,
     sentence_of_decays,
     sentences_of,
     unit_of,
 )
-from shakerproc.comparison.decays import DecayComparison, ModeDecay, TestDecays
 from shakerproc.comparison.document import mode_rows
 from shakerproc.comparison.modes import ComparedModes, ModePair
 from shakerproc.comparison.response_functions import ComparedFunction, FunctionComparison
