@@ -115,7 +115,7 @@ def rpc3_bytes(values, scales, step, *, per_group=64, order="<", changed=None):
         named[f"DESC.CHAN_{number}"] = f"ch{number}"
         named[f"UNITS.CHAN_{number}"] = "g"
         named[f"SCALE.CHAN_{number}"] = repr(float(scale))
-    named["NUM_PARAMS"] = len(named)
+    named["NUM_PARAMS"] = len(named | (changed or {}))
     named |= changed or {}
     head = b"".join(
         struct.pack("32s96s", k.encode(), str(v).encode()) for k, v in named.items()

@@ -235,6 +235,61 @@ def test_rpc3_of_either_byte_order_is_counts_times_scale(tmp_path, order):
         assert (found.n_samples, found.expected_samples) == (64, 150)
 
 
+def as_rpc3(path, values, kind, said, stored):
+    """Write values (n_channels, n) as RPC III that says one byte order and holds another."""
+    changed = {"FORMAT": said, "DATA_TYPE": kind}
+    head = rpc3_bytes(np.zeros((len(values), 256), int), [1.0] * len(values), 0.001,
+                      per_group=256, changed=changed)[: 8 * 512]  # fmt: skip
+    path.write_bytes(head + values.astype(stored).tobytes())
+
+
+BOTH = {"BINARY": "<", "BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">"}
+MOVING = np.cumsum(np.random.default_rng(2).standard_normal((3, 256)), axis=1)
+STEADY = np.random.default_rng(3).standard_normal((3, 256))
+
+
+@pytest.mark.parametrize("said", BOTH)
+@pytest.mark.parametrize(
+    ("kind", "values", "stored"),
+    [
+        ("SHORT_INTEGER", MOVING * 1000.0, "i2"),
+        ("SHORT_INTEGER", MOVING, "i2"),  # a few counts: one byte holds them
+        ("SHORT_INTEGER", STEADY * 2000.0, "i2"),
+        ("FLOATING_POINT", MOVING, "f4"),
+        ("FLOATING_POINT", STEADY * 1e-6, "f4"),
+        ("FLOATING_POINT", np.rint(STEADY), "f4"),  # whole numbers, many of them zero
+    ],
+)
+def test_rpc3_of_another_byte_order_than_it_says_is_refused(
+    tmp_path, said, kind, values, stored
+):
+    path = tmp_path / "run.rsp"
+    as_rpc3(path, values, kind, said, BOTH[said] + stored)
+    with open_recording(path) as found:
+        expected = values.astype(stored).astype(float) * STANDARD_GRAVITY
+        assert_array_equal(found.samples(), expected)
+    as_rpc3(path, values, kind, said, {"<": ">", ">": "<"}[BOTH[said]] + stored)
+    line = refused(path)
+    assert f"FORMAT says '{said}'" in line
+    assert "the order is wrong" in line
+
+
+def test_rpc3_with_floats_of_vms_is_refused(tmp_path):
+    """F floating of a VAX: words of 16 bits the other way round, and four times as large."""
+    path = tmp_path / "run.rsp"
+    words = (STEADY * 4.0).astype("<f4").view("<u2").reshape(3, -1, 2)[..., ::-1]
+    as_rpc3(path, np.ascontiguousarray(words), "FLOATING_POINT", "BINARY", "<u2")
+    assert "the order is wrong" in refused(path)
+
+
+def test_numbers_that_do_not_show_their_byte_order_are_read_as_rpc3_says(tmp_path):
+    path = tmp_path / "run.rsp"
+    values = np.random.default_rng(4).integers(-32752, 32752, (1, 256))
+    as_rpc3(path, values, "SHORT_INTEGER", "BINARY_IEEE_BIG_END", ">i2")
+    with open_recording(path) as found:
+        assert_array_equal(found.samples(), values * STANDARD_GRAVITY)
+
+
 def test_rpc3_that_shrinks_while_it_is_read_is_one_line(tmp_path):
     path = tmp_path / "run.rsp"
     path.write_bytes(rpc3_bytes(np.zeros((2, 150_000), int), [1.0, 1.0], 0.001))
@@ -258,6 +313,8 @@ def test_rpc3_that_shrinks_while_it_is_read_is_one_line(tmp_path):
         ({"SAMPLES": "999"}, "999 samples in 192 places"),
         ({"PTS_PER_FRAME": "48"}, "do not fit"),
         ({"NUM_PARAMS": "99999"}, "no fit"),
+        ({"PARTITIONS": "2"}, "PARTITIONS is '2'"),
+        ({"HALF_FRAMES": "1"}, "HALF_FRAMES is '1'"),
         ({"SCALE.CHAN_1": "inf"}, "SCALE.CHAN_1"),
     ],
 )

@@ -13,9 +13,10 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final, final
+from typing import Any, BinaryIO, Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
@@ -36,6 +37,17 @@ _BLOCK: Final = 512
 _MOST_BLOCKS: Final = 1024
 _ORDERS: Final = {"BINARY": "<", "BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">"}
 _NUMBERS: Final = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
+_OTHER_ORDERS: Final = {2: ((1, 0),), 4: ((3, 2, 1, 0), (1, 0, 3, 2), (2, 3, 0, 1))}
+"""In what other orders the bytes of a number may stand: of other machines, or of VMS."""
+
+_PIECES, _PIECE = 16, 1024
+"""How many pieces of so many samples tell in what order the bytes stand."""
+
+_LARGEST: Final = np.finfo(np.float32).max
+"""Stands for a float that is not finite, where powers of two are compared."""
+
+_KNOWN: Final = {"PARTITIONS": 1, "HALF_FRAMES": 0}
+"""Where a header says more, programs differ on which sample is which."""
 
 
 def read_rpc3(path: Path, run: str) -> RawFile:
@@ -56,6 +68,7 @@ def _read(file: BinaryIO, run: str) -> RawFile:
     shape = (layout.whole // layout.per_group, layout.channels * layout.per_group)
     frames = Frames(run, file, layout.first, shape, np.dtype(layout.dtype))
     source = GroupedSource(run, frames, layout)
+    _check_order(source, header["FORMAT"])
     step = _number(header, "DELTA_T", run)
     axes = (TimeAxis("DELTA_T", step=step, unit="s",
                      digit=half_digit(header["DELTA_T"])),)  # fmt: skip
@@ -115,16 +128,17 @@ class GroupedSource(SampleSource):
     layout: SampleLayout
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        scales = np.array([[self.layout.scales[row]] for row in rows])
+        return self.numbers(rows, start, stop) * scales
+
+    def numbers(self, rows: Sequence[int], start: int, stop: int) -> NDArray[Any]:
+        """Return numbers as they stand in the file, a line for each row [-]."""
         per_group = self.layout.per_group
-        count = max(0, stop - start)
         first, last = start // per_group, -(-stop // per_group)
-        out = np.empty((len(rows), count))
         with foreign(self.run, "reading the samples"):
             groups = self.frames[first:last].reshape(-1, self.layout.channels, per_group)
-            for line, row in zip(out, rows, strict=True):
-                flat = groups[:, row].reshape(-1)[start - first * per_group :][:count]
-                line[:] = flat * np.float64(self.layout.scales[row])
-        return out
+            lines = groups.swapaxes(0, 1)[list(rows)].reshape(len(rows), -1)
+        return lines[:, start - first * per_group :][:, : max(0, stop - start)]
 
     def close(self) -> None:
         """Close the file."""
@@ -182,6 +196,12 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
         )
     channels, per_group = (_whole(header, k, run) for k in ("CHANNELS", "PTS_PER_GROUP"))
     frames, per_frame = (_whole(header, k, run) for k in ("FRAMES", "PTS_PER_FRAME"))
+    for key, most in _KNOWN.items():
+        if key in header and _whole(header, key, run) > most:
+            raise RecordingError(
+                f"{run}: {key} is {shown(header[key], 30)}; programs differ on where the "
+                f"samples stand then. Export the file with {key} {most}."
+            )
     if not channels or not per_group or per_group % max(per_frame, 1):
         raise RecordingError(
             f"{run}: {channels} channels in groups of {per_group} and frames of {per_frame} "
@@ -204,6 +224,50 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
     return SampleLayout(
         dtype.str, first, channels, per_group, promised, groups * per_group, tuple(scales),
     )  # fmt: skip
+
+
+def _check_order(source: GroupedSource, said: str) -> None:
+    """Pass numbers whose neighbours are as near as in any other order of their bytes.
+
+    Raises
+    ------
+    RecordingError
+        If the differences take a bit less, in the mean, in another order.
+    """
+    rows, whole = range(source.layout.channels), source.layout.whole
+    starts = np.linspace(0, max(0, whole - _PIECE), _PIECES).astype(int).tolist()
+    pieces = [source.numbers(rows, at, min(at + _PIECE, whole)) for at in sorted(set(starts))]
+    size = pieces[0].itemsize
+    as_said, *others = (
+        np.mean([_bits(piece, order) for piece in pieces])
+        for order in (tuple(range(size)), *_OTHER_ORDERS[size])
+    )
+    saved = as_said - min(others)
+    if saved > 1.0:
+        raise RecordingError(
+            f"{source.run}: FORMAT says {shown(said, 40)}, but with their bytes in another "
+            f"order numbers differ from the next by {saved:.0f} bits less: the order is wrong. "
+            "Correct FORMAT (BINARY_IEEE_BIG_END, BINARY_IEEE_LITTLE_END), or export the file "
+            "as BINARY_IEEE_LITTLE_END with FLOATING_POINT."
+        )
+
+
+def _bits(numbers: NDArray[Any], order: Sequence[int]) -> float:
+    """Return what the difference of neighbours takes, their bytes in an order [bit].
+
+    Of floats, that of their powers of two: a wrong order gives any. Zero has none.
+    """
+    stored = np.ascontiguousarray(numbers)
+    places = stored.view(np.uint8).reshape(*stored.shape, -1)[..., list(order)]
+    whole = places.copy().view(stored.dtype)[..., 0]
+    if stored.dtype.kind == "i":
+        steps = np.diff(whole.astype(np.int64), axis=-1)
+    else:
+        finite = np.where(np.isfinite(whole), whole, _LARGEST)
+        steps = np.diff(np.frexp(finite)[1], axis=-1)[
+            (finite[:, 1:] != 0.0) & (finite[:, :-1] != 0.0)
+        ]
+    return float(np.log2(1.0 + np.abs(steps)).mean()) if steps.size else 0.0
 
 
 def _number(header: Mapping[str, str], key: str, run: str) -> float:
