@@ -191,7 +191,52 @@ def test_sensors_of_ide_are_groups(ide):
     assert "Analog" in refused(ide)
 
 
-@pytest.mark.parametrize("part", [0.0, 0.01, 0.1, 0.5])
+def test_a_slice_of_ide_is_that_of_the_whole_file_in_its_library(ide):
+    """Calibrated by a polynomial of its own and of the temperature, which is slower."""
+    from idelib.importer import importFile
+
+    by_temperature = [
+        ("CalID", 8), ("BivariateChannelIDRef", 36), ("BivariateSubChannelIDRef", 0),
+        ("CalReferenceValue", 0.5), ("BivariateCalReferenceValue", 20.0),
+        *(("PolynomialCoef", one) for one in (-0.003, 2.0, 0.1, 0.25)),
+    ]  # fmt: skip
+    own = [("CalID", 36), ("PolynomialCoef", 0.5), ("PolynomialCoef", 20.0)]
+    values = noise(3, 4100).astype(np.float32)
+    warming = np.linspace(0.0, 10.0, 60, dtype=np.float32)[None]
+    sensors = [
+        (8, "A", "g", ("X", "Y", "Z"), RATE, values),
+        (36, "T", "degC", ("T",), 30.0, warming),
+    ]
+    calibrations = [("BivariatePolynomial", by_temperature), ("UnivariatePolynomial", own)]
+    write_ide(ide, sensors, 1714979289, block=37, calibrations=calibrations)
+    with importFile(str(ide)) as whole:
+        expected = whole.channels[8].getSession().arraySlice()[1:] * STANDARD_GRAVITY
+    with open_recording(ide, part=FilePart("A")) as found:
+        for first, last in [(0, 4100), (0, 1), (36, 38), (1000, 3000), (4099, 4100)]:
+            part = found.source.read(found.rows, first, last)
+            assert_array_equal(part, expected[:, first:last])
+    assert np.abs(expected / STANDARD_GRAVITY - values).max() > 0.1  # calibrated
+
+
+def test_ide_with_one_sample_in_a_block_has_the_times_of_its_blocks(ide):
+    values = noise(1, 300).astype(np.float32)
+    write_ide(ide, [(8, "A", "g", ("X",), 50.0, values)], 1714979289, block=1)
+    with open_recording(ide) as found:
+        assert found.sample_rate == 50.0
+        part = found.source.read(found.rows, 7, 11)
+        assert_array_equal(part, values[:, 7:11].astype(float) * STANDARD_GRAVITY)
+
+
+def test_of_an_ide_cut_in_a_block_the_whole_blocks_are_read(ide):
+    values = noise(1, 4500).astype(np.float32)
+    write_ide(ide, [(8, "A", "g", ("X",), RATE, values)], 1714979289)
+    ide.write_bytes(ide.read_bytes()[:-300])
+    with open_recording(ide) as found:
+        assert (found.n_samples, found.expected_samples) == (4000, 4500)
+        assert_array_equal(found.samples(), values[:, :4000].astype(float) * STANDARD_GRAVITY)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.01, 0.1, 0.2])
 def test_a_cut_ide_is_one_line_and_nothing_is_left_on_the_terminal(ide, part, capfd):
     write_ide(ide, [(8, "A", "g", ("X",), RATE, noise(1).astype(np.float32))], 1714979289)
     content = ide.read_bytes()
