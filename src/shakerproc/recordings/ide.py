@@ -8,7 +8,7 @@ sensors that others are calibrated by, such as a thermometer.
 import gc
 import logging
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -18,11 +18,11 @@ from typing import Any, BinaryIO, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.data import FloatArray, SampleSource
+from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
-from shakerproc.recordings.guard import foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
+from shakerproc.recordings.guard import foreign, kept_open, opened, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, SlicedSource, TimeAxis
 
 _LIBRARIES: Final = ("idelib", "ebmlite")
 _BLOCKS: Final = ("ChannelDataBlock", "SimpleChannelDataBlock")
@@ -41,12 +41,10 @@ def read_ide(path: Path, run: str) -> RawFile:
         raise RecordingError(f"{run}: {lacks}")
     for name in _LIBRARIES:  # they would tell on the terminal what is told here in one line
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    stream = path.open("rb")
     try:
         with foreign(run, "reading the file"):
-            return _described(stream, run)
+            return kept_open(opened(path, run), lambda stream: _described(stream, run))
     except BaseException:
-        stream.close()
         gc.collect()  # the parts of the data set refer to each other, and to the file
         raise
 
@@ -175,40 +173,15 @@ class EventTimes:
         return self.blocks.times(first, last)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class IdeSource(SampleSource):
-    """Samples of sensors, calibrated as the file says, read when they are asked for.
-
-    Attributes
-    ----------
-    run : str
-        Name of the run, for messages.
-    dataset : idelib.dataset.Dataset
-        The open file.
-    places : tuple of (SensorBlocks, int)
-        Blocks of the sensor and the channel of each row.
-    """
-
-    run: str
-    dataset: Any
-    places: tuple[tuple[SensorBlocks, int], ...]
-
-    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        out = np.empty((len(rows), max(0, stop - start)))
-        read: dict[int, FloatArray] = {}
-        if out.size:
-            with foreign(self.run, "reading the samples"):
-                for line, row in zip(out, rows, strict=True):
-                    blocks, index = self.places[row]
-                    if id(blocks) not in read:
-                        read[id(blocks)] = blocks.values(start, stop)
-                    line[:] = read[id(blocks)][index]
-        return out
-
-    def close(self) -> None:
-        """Close the file."""
-        self.dataset.close()
+def _samples(
+    places: Sequence[tuple[SensorBlocks, int]], rows: Sequence[int], start: int, stop: int
+) -> Iterator[FloatArray]:
+    """Yield samples of rows, calibrated as the file says; blocks of a sensor are read once."""
+    read: dict[int, FloatArray] = {}
+    for blocks, index in (places[row] for row in rows):
+        if id(blocks) not in read:
+            read[id(blocks)] = blocks.values(start, stop)
+        yield read[id(blocks)][index]
 
 
 def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
@@ -275,4 +248,4 @@ def _described(stream: BinaryIO, run: str) -> RawFile:
     if not groups:
         raise RecordingError(f"{run}: the file holds no samples. Copy it again.")
     notes = ("The file is damaged or cut: samples behind that are missing.",) * damaged
-    return RawFile(tuple(groups), IdeSource(run, dataset, tuple(places)), notes)
+    return RawFile(tuple(groups), SlicedSource(run, partial(_samples, places), dataset), notes)

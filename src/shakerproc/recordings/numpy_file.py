@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, ArrayLike, file_of_arrays
-from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import Frames, RawFile
 
 _HEADERS: Final = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -48,7 +48,7 @@ def read_npy(path: Path, run: str) -> RawFile:
         If it holds no real numbers, or is not as long as it says.
     """
     with foreign(run, "reading the header"):
-        return kept_open(path, run, lambda file: _stored(file, path.stem, run))
+        return kept_open(opened(path, run), lambda file: _stored(file, path.stem, run))
 
 
 def _stored(file: BinaryIO, name: str, run: str) -> RawFile:

@@ -32,7 +32,7 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
@@ -136,8 +136,7 @@ def read_dat(path: Path, run: str) -> RawFile:
     from shakerproc.recordings import famos, mdf
     from shakerproc.recordings.csv import read_csv
 
-    with path.open("rb") as file:
-        start = file.read(8)
+    start = first_bytes(path, run, 8)
     if start in mdf.MAGIC:
         return mdf.read_mdf(path, run)
     if start.startswith(famos.MAGIC):
@@ -267,11 +266,9 @@ def read_whole(
     name = run or path.name
     reader = _reader(path, name)
     file = WatchedFile(path, name, hashed=hashed)
-    try:
-        return WholeFile(path, name, file, _unchanged(reader, file, path, name))
-    except BaseException:
-        file.close()
-        raise
+    return kept_open(
+        file, lambda file: WholeFile(path, name, file, _unchanged(reader, file, path, name))
+    )
 
 
 def open_recording(

@@ -10,22 +10,23 @@ References
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import (
     Frames,
     RawChannel,
     RawFile,
     RawGroup,
+    SlicedSource,
     TimeAxis,
     half_digit,
 )
@@ -58,7 +59,7 @@ def read_rpc3(path: Path, run: str) -> RawFile:
     RecordingError
         If it is none, or its header is not whole.
     """
-    return kept_open(path, run, lambda file: _read(file, run))
+    return kept_open(opened(path, run), lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:
@@ -67,8 +68,13 @@ def _read(file: BinaryIO, run: str) -> RawFile:
     layout = _layout(header, os.fstat(file.fileno()).st_size, run)
     shape = (layout.whole // layout.per_group, layout.channels * layout.per_group)
     frames = Frames(run, file, layout.first, shape, np.dtype(layout.dtype))
-    source = GroupedSource(run, frames, layout)
-    _check_order(source, header["FORMAT"])
+    scales = np.array(layout.scales)[:, np.newaxis]
+    numbers = partial(_numbers, frames, layout)
+    with foreign(run, "reading the samples"):
+        _check_order(numbers, layout, header["FORMAT"], run)
+    source = SlicedSource(
+        run, lambda rows, *ends: numbers(rows, *ends) * scales[list(rows)], file
+    )
     step = _number(header, "DELTA_T", run)
     axes = (TimeAxis("DELTA_T", step=step, unit="s",
                      digit=half_digit(header["DELTA_T"])),)  # fmt: skip
@@ -118,31 +124,14 @@ class SampleLayout:
     scales: tuple[float, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class GroupedSource(SampleSource):
-    """Samples that stand in groups, read when they are asked for."""
-
-    run: str
-    frames: Frames
-    layout: SampleLayout
-
-    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        scales = np.array([[self.layout.scales[row]] for row in rows])
-        return self.numbers(rows, start, stop) * scales
-
-    def numbers(self, rows: Sequence[int], start: int, stop: int) -> NDArray[Any]:
-        """Return numbers as they stand in the file, a line for each row [-]."""
-        per_group = self.layout.per_group
-        first, last = start // per_group, -(-stop // per_group)
-        with foreign(self.run, "reading the samples"):
-            groups = self.frames[first:last].reshape(-1, self.layout.channels, per_group)
-            lines = groups.swapaxes(0, 1)[list(rows)].reshape(len(rows), -1)
-        return lines[:, start - first * per_group :][:, : max(0, stop - start)]
-
-    def close(self) -> None:
-        """Close the file."""
-        self.frames.file.close()
+def _numbers(
+    frames: Frames, layout: SampleLayout, rows: Sequence[int], start: int, stop: int
+) -> NDArray[Any]:
+    """Return numbers as they stand in the file, a line for each row [-]."""
+    first, last = start // layout.per_group, -(-stop // layout.per_group)
+    groups = frames[first:last].reshape(-1, layout.channels, layout.per_group)
+    lines = groups.swapaxes(0, 1)[list(rows)].reshape(len(rows), -1)
+    return lines[:, start - first * layout.per_group :][:, : stop - start]
 
 
 def _header(content: bytes, run: str) -> Mapping[str, str]:
@@ -226,7 +215,12 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
     )  # fmt: skip
 
 
-def _check_order(source: GroupedSource, said: str) -> None:
+def _check_order(
+    numbers: Callable[[Sequence[int], int, int], NDArray[Any]],
+    layout: SampleLayout,
+    said: str,
+    run: str,
+) -> None:
     """Pass numbers whose neighbours are as near as in any other order of their bytes.
 
     Raises
@@ -234,9 +228,9 @@ def _check_order(source: GroupedSource, said: str) -> None:
     RecordingError
         If the differences take a bit less, in the mean, in another order.
     """
-    rows, whole = range(source.layout.channels), source.layout.whole
+    rows, whole = range(layout.channels), layout.whole
     starts = np.linspace(0, max(0, whole - _PIECE), _PIECES).astype(int).tolist()
-    pieces = [source.numbers(rows, at, min(at + _PIECE, whole)) for at in sorted(set(starts))]
+    pieces = [numbers(rows, at, min(at + _PIECE, whole)) for at in sorted(set(starts))]
     size = pieces[0].itemsize
     as_said, *others = (
         np.mean([_bits(piece, order) for piece in pieces])
@@ -245,7 +239,7 @@ def _check_order(source: GroupedSource, said: str) -> None:
     saved = as_said - min(others)
     if saved > 1.0:
         raise RecordingError(
-            f"{source.run}: FORMAT says {shown(said, 40)}, but with their bytes in another "
+            f"{run}: FORMAT says {shown(said, 40)}, but with their bytes in another "
             f"order numbers differ from the next by {saved:.0f} bits less: the order is wrong. "
             "Correct FORMAT (BINARY_IEEE_BIG_END, BINARY_IEEE_LITTLE_END), or export the file "
             "as BINARY_IEEE_LITTLE_END with FLOATING_POINT."
