@@ -64,6 +64,19 @@ def test_a_round_trip_keeps_everything(tmp_path, ending):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
+@pytest.mark.parametrize("ending", set(WRITERS) - {".csv"})
+def test_a_file_with_the_ending_of_another_format_is_told_its_own(tmp_path, ending):
+    written, path = tmp_path / f"out{ending}", tmp_path / "run.wav"
+    WRITERS[ending](written, example(500))
+    path.write_bytes(written.read_bytes())
+    with pytest.raises(RecordingError, match=r"not of \.wav\. Rename it") as caught:
+        open_recording(path)
+    told = str(caught.value).partition("of the ending ")[2].partition(",")[0]
+    assert READERS.known[told] == READERS.known[ending]
+    path.with_suffix(told).write_bytes(written.read_bytes())
+    open_recording(path.with_suffix(told)).source.close()
+
+
 @pytest.mark.parametrize("first", WRITERS)
 @pytest.mark.parametrize("second", WRITERS)
 def test_any_format_can_follow_any_other(tmp_path, first, second):

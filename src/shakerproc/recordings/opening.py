@@ -178,6 +178,17 @@ READERS: Final = Readers({
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
 
+BEGINNINGS: Final = {
+    b"TDSm": (".tdms",), b"PAR1": (".parquet",), b"ARROW1": (".feather", ".arrow"),
+    b"\x89HDF": (".h5", ".hdf5", ".nc", ".nc4", ".mat"), b"MATLAB ": (".mat",),
+    b"MDF ": (".mf4", ".mdf", ".dat"), b"UnFinMF ": (".mf4", ".mdf", ".dat"),
+    b"|CF,": (".raw", ".dat"), b"\x1aE\xdf\xa3": (".ide",), b"RIFF": (".wav",),
+    b"FORMAT\0": (".rsp", ".rpc", ".rpc3"), b"\x93NUMPY": (".npy",), b"LabVIEW": (".lvm",),
+    b"    -1\n": (".uff", ".unv", ".uf58"), b"    -1\r": (".uff", ".unv", ".uf58"),
+    b"PK\x03\x04": (".xlsx", ".npz"),
+}  # fmt: skip
+"""How files of a format begin, with the endings that have it read."""
+
 NO_ROLE: Final = "no role fits its unit; a log can give it one"
 IGNORED: Final = "role: ignore in the log"
 
@@ -375,13 +386,20 @@ def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFi
     Raises
     ------
     RecordingError
-        If it cannot be used.
+        If it cannot be used; where it begins like a file of another ending, for that.
     """
     try:
         return reader(path, run)
-    except RecordingError:
+    except RecordingError as error:
         file.check()
-        raise
+        start, ending = first_bytes(path, run, 16), path.suffix.lower()
+        known = next((of for mark, of in BEGINNINGS.items() if start.startswith(mark)), None)
+        if known is None or ending in known or ending not in READERS.known:
+            raise
+        raise RecordingError(
+            f"{run}: begins like a file of the ending {known[0]}, not of {path.suffix}. Rename "
+            "it, or export it again."
+        ) from error
 
 
 def contents(path: Path | str) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:
