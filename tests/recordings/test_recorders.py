@@ -16,6 +16,7 @@ from shakerproc import late
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import FilePart, open_recording
+from shakerproc.recordings.raw import Frames
 
 RATE = 5000.0
 START = datetime(2024, 5, 6, 7, 8, 9, 250000, tzinfo=UTC)
@@ -333,6 +334,22 @@ def test_numbers_that_do_not_show_their_byte_order_are_read_as_rpc3_says(tmp_pat
     as_rpc3(path, values, "SHORT_INTEGER", "BINARY_IEEE_BIG_END", ">i2")
     with open_recording(path) as found:
         assert_array_equal(found.samples(), values * STANDARD_GRAVITY)
+
+
+def test_of_rpc3_in_one_group_no_more_is_read_than_is_asked_for(tmp_path, monkeypatch):
+    values, path, read = np.cumsum(noise(2, 100_000), axis=1) * 10.0, tmp_path / "run.rsp", []
+    path.write_bytes(rpc3_bytes(np.rint(values), [1.0, 1.0], 0.001, per_group=100_000))
+    plain = Frames._numbers
+
+    def counted(self, first, count):
+        read.append(count)
+        return plain(self, first, count)
+
+    monkeypatch.setattr(Frames, "_numbers", counted)
+    with open_recording(path) as found:
+        part = found.source.read(found.rows, 40_000, 41_000)
+    assert_array_equal(part, np.rint(values[:, 40_000:41_000]) * STANDARD_GRAVITY)
+    assert max(read) <= 1024
 
 
 def test_rpc3_that_shrinks_while_it_is_read_is_one_line(tmp_path):

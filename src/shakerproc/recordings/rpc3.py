@@ -128,10 +128,14 @@ def _numbers(
     frames: Frames, layout: SampleLayout, rows: Sequence[int], start: int, stop: int
 ) -> NDArray[Any]:
     """Return numbers as they stand in the file, a line for each row [-]."""
-    first, last = start // layout.per_group, -(-stop // layout.per_group)
-    groups = frames[first:last].reshape(-1, layout.channels, layout.per_group)
+    size, first = layout.per_group, start // layout.per_group
+    at, count = start - first * size, stop - start
+    if at + count <= size:  # of a group that is the whole file, no more than asked for
+        ends = [(row * size + at, row * size + at + count) for row in rows]
+        return np.stack([frames[first, begin:end] for begin, end in ends])
+    groups = frames[first : -(-stop // size)].reshape(-1, layout.channels, size)
     lines = groups.swapaxes(0, 1)[list(rows)].reshape(len(rows), -1)
-    return lines[:, start - first * layout.per_group :][:, : stop - start]
+    return lines[:, at : at + count]
 
 
 def _header(content: bytes, run: str) -> Mapping[str, str]:
