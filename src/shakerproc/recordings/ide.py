@@ -123,11 +123,11 @@ def _imported(stream: BinaryIO) -> tuple[Any, list[SensorBlocks]]:
     for number, noted in blocks.items():
         if noted:
             kinds, offsets, starts, ends, counts = zip(*noted, strict=True)
-            times = np.array([starts, ends], dtype=np.float64)
+            begins, stops = np.array([starts, ends], dtype=np.float64)
             firsts = np.cumsum([0, *counts], dtype=np.int64)
             found.append(
                 SensorBlocks(
-                    dataset.channels[number], kinds[0], np.array(offsets), *times, firsts
+                    dataset.channels[number], kinds[0], np.array(offsets), begins, stops, firsts
                 )
             )
     return dataset, found
