@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from nptdms import ChannelObject, GroupObject, TdmsWriter
 from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
@@ -25,7 +26,18 @@ def recording(tmp_path):
     samples = rng.standard_normal((2, 20_000))
     samples[1, 5000:5100] = 0.0
     path = tmp_path / "run.tdms"
-    write_tdms(path, recording_of_arrays("run", channels, samples, 1000.0), decimated=True)
+    write_tdms(path, recording_of_arrays("run", channels, samples, 1000.0))
+    with TdmsWriter(str(path), mode="a") as writer:  # the smallest of every 100, as copies
+        about = {"DecimationLevel": 1, "IntervalIndex": 0}
+        writer.write_segment([
+            GroupObject("Decimated Data_Level1", about),
+            *(
+                ChannelObject(
+                    "Decimated Data_Level1", c.name, line[::100], {"wf_increment": 0.1}
+                )
+                for c, line in zip(channels, samples, strict=True)
+            ),
+        ])
     return path
 
 

@@ -32,10 +32,12 @@ def _nested(pairs):
     return {name: many if len(many) > 1 else many[0] for name, many in found.items()}
 
 
-def write_ide(path, sensors, seconds_since_1970, *, ticks=1e9, block=1000):
+def write_ide(path, sensors, seconds_since_1970, *, ticks=1e9, block=1000, calibrations=()):
     """Write sensors of (number, name, unit, names, rate [Hz], values) with ebmlite.
 
     The schema is the one that idelib ships; each block says its first and its last time.
+    `calibrations` are elements of polynomials; each axis is calibrated by the one of the
+    number of its sensor, if there is one.
     """
     import idelib
     from ebmlite import loadSchema
@@ -46,6 +48,7 @@ def write_ide(path, sensors, seconds_since_1970, *, ticks=1e9, block=1000):
         ("EBMLMaxSizeLength", 8), ("DocType", "mide"), ("DocTypeVersion", 2),
         ("DocTypeReadVersion", 2),
     ]  # fmt: skip
+    calibrated = {dict(content)["CalID"] for _, content in calibrations}
     channels = [
         ("Channel", [
             ("ChannelID", number), ("ChannelName", name),
@@ -54,6 +57,7 @@ def write_ide(path, sensors, seconds_since_1970, *, ticks=1e9, block=1000):
             *(("SubChannel", [
                 ("SubChannelID", i), ("SubChannelName", one), ("SubChannelLabel", "quantity"),
                 ("SubChannelUnits", unit), ("SubChannelSensorRef", 0),
+                *[("SubChannelCalibrationIDRef", number)] * (number in calibrated),
             ]) for i, one in enumerate(names)),
         ])
         for number, name, unit, names, _, _ in sensors
@@ -65,6 +69,7 @@ def write_ide(path, sensors, seconds_since_1970, *, ticks=1e9, block=1000):
     ]
     content = [
         ("EBML", head), ("RecordingProperties", properties),
+        *[("CalibrationList", list(calibrations))] * bool(calibrations),
         ("TimeBaseUTC", seconds_since_1970),
     ]  # fmt: skip
     for number, _, _, _, rate, values in sensors:
@@ -115,7 +120,7 @@ def rpc3_bytes(values, scales, step, *, per_group=64, order="<", changed=None):
         named[f"DESC.CHAN_{number}"] = f"ch{number}"
         named[f"UNITS.CHAN_{number}"] = "g"
         named[f"SCALE.CHAN_{number}"] = repr(float(scale))
-    named["NUM_PARAMS"] = len(named)
+    named["NUM_PARAMS"] = len(named | (changed or {}))
     named |= changed or {}
     head = b"".join(
         struct.pack("32s96s", k.encode(), str(v).encode()) for k, v in named.items()

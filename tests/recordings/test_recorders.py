@@ -16,6 +16,7 @@ from shakerproc import late
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
 from shakerproc.recordings import FilePart, open_recording
+from shakerproc.recordings.raw import Frames
 
 RATE = 5000.0
 START = datetime(2024, 5, 6, 7, 8, 9, 250000, tzinfo=UTC)
@@ -191,7 +192,52 @@ def test_sensors_of_ide_are_groups(ide):
     assert "Analog" in refused(ide)
 
 
-@pytest.mark.parametrize("part", [0.0, 0.01, 0.1, 0.5])
+def test_a_slice_of_ide_is_that_of_the_whole_file_in_its_library(ide):
+    """Calibrated by a polynomial of its own and of the temperature, which is slower."""
+    from idelib.importer import importFile
+
+    by_temperature = [
+        ("CalID", 8), ("BivariateChannelIDRef", 36), ("BivariateSubChannelIDRef", 0),
+        ("CalReferenceValue", 0.5), ("BivariateCalReferenceValue", 20.0),
+        *(("PolynomialCoef", one) for one in (-0.003, 2.0, 0.1, 0.25)),
+    ]  # fmt: skip
+    own = [("CalID", 36), ("PolynomialCoef", 0.5), ("PolynomialCoef", 20.0)]
+    values = noise(3, 4100).astype(np.float32)
+    warming = np.linspace(0.0, 10.0, 60, dtype=np.float32)[None]
+    sensors = [
+        (8, "A", "g", ("X", "Y", "Z"), RATE, values),
+        (36, "T", "degC", ("T",), 30.0, warming),
+    ]
+    calibrations = [("BivariatePolynomial", by_temperature), ("UnivariatePolynomial", own)]
+    write_ide(ide, sensors, 1714979289, block=37, calibrations=calibrations)
+    with importFile(str(ide)) as whole:
+        expected = whole.channels[8].getSession().arraySlice()[1:] * STANDARD_GRAVITY
+    with open_recording(ide, part=FilePart("A")) as found:
+        for first, last in [(0, 4100), (0, 1), (36, 38), (1000, 3000), (4099, 4100)]:
+            part = found.source.read(found.rows, first, last)
+            assert_array_equal(part, expected[:, first:last])
+    assert np.abs(expected / STANDARD_GRAVITY - values).max() > 0.1  # calibrated
+
+
+def test_ide_with_one_sample_in_a_block_has_the_times_of_its_blocks(ide):
+    values = noise(1, 300).astype(np.float32)
+    write_ide(ide, [(8, "A", "g", ("X",), 50.0, values)], 1714979289, block=1)
+    with open_recording(ide) as found:
+        assert found.sample_rate == 50.0
+        part = found.source.read(found.rows, 7, 11)
+        assert_array_equal(part, values[:, 7:11].astype(float) * STANDARD_GRAVITY)
+
+
+def test_of_an_ide_cut_in_a_block_the_whole_blocks_are_read(ide):
+    values = noise(1, 4500).astype(np.float32)
+    write_ide(ide, [(8, "A", "g", ("X",), RATE, values)], 1714979289)
+    ide.write_bytes(ide.read_bytes()[:-300])
+    with open_recording(ide) as found:
+        assert (found.n_samples, found.expected_samples) == (4000, 4500)
+        assert_array_equal(found.samples(), values[:, :4000].astype(float) * STANDARD_GRAVITY)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.01, 0.1, 0.2])
 def test_a_cut_ide_is_one_line_and_nothing_is_left_on_the_terminal(ide, part, capfd):
     write_ide(ide, [(8, "A", "g", ("X",), RATE, noise(1).astype(np.float32))], 1714979289)
     content = ide.read_bytes()
@@ -235,6 +281,77 @@ def test_rpc3_of_either_byte_order_is_counts_times_scale(tmp_path, order):
         assert (found.n_samples, found.expected_samples) == (64, 150)
 
 
+def as_rpc3(path, values, kind, said, stored):
+    """Write values (n_channels, n) as RPC III that says one byte order and holds another."""
+    changed = {"FORMAT": said, "DATA_TYPE": kind}
+    head = rpc3_bytes(np.zeros((len(values), 256), int), [1.0] * len(values), 0.001,
+                      per_group=256, changed=changed)[: 8 * 512]  # fmt: skip
+    path.write_bytes(head + values.astype(stored).tobytes())
+
+
+BOTH = {"BINARY": "<", "BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">"}
+MOVING = np.cumsum(np.random.default_rng(2).standard_normal((3, 256)), axis=1)
+STEADY = np.random.default_rng(3).standard_normal((3, 256))
+
+
+@pytest.mark.parametrize("said", BOTH)
+@pytest.mark.parametrize(
+    ("kind", "values", "stored"),
+    [
+        ("SHORT_INTEGER", MOVING * 1000.0, "i2"),
+        ("SHORT_INTEGER", MOVING, "i2"),  # a few counts: one byte holds them
+        ("SHORT_INTEGER", STEADY * 2000.0, "i2"),
+        ("FLOATING_POINT", MOVING, "f4"),
+        ("FLOATING_POINT", STEADY * 1e-6, "f4"),
+        ("FLOATING_POINT", np.rint(STEADY), "f4"),  # whole numbers, many of them zero
+    ],
+)
+def test_rpc3_of_another_byte_order_than_it_says_is_refused(
+    tmp_path, said, kind, values, stored
+):
+    path = tmp_path / "run.rsp"
+    as_rpc3(path, values, kind, said, BOTH[said] + stored)
+    with open_recording(path) as found:
+        expected = values.astype(stored).astype(float) * STANDARD_GRAVITY
+        assert_array_equal(found.samples(), expected)
+    as_rpc3(path, values, kind, said, {"<": ">", ">": "<"}[BOTH[said]] + stored)
+    line = refused(path)
+    assert f"FORMAT says '{said}'" in line
+    assert "the order is wrong" in line
+
+
+def test_rpc3_with_floats_of_vms_is_refused(tmp_path):
+    """F floating of a VAX: words of 16 bits the other way round, and four times as large."""
+    path = tmp_path / "run.rsp"
+    words = (STEADY * 4.0).astype("<f4").view("<u2").reshape(3, -1, 2)[..., ::-1]
+    as_rpc3(path, np.ascontiguousarray(words), "FLOATING_POINT", "BINARY", "<u2")
+    assert "the order is wrong" in refused(path)
+
+
+def test_numbers_that_do_not_show_their_byte_order_are_read_as_rpc3_says(tmp_path):
+    path = tmp_path / "run.rsp"
+    values = np.random.default_rng(4).integers(-32752, 32752, (1, 256))
+    as_rpc3(path, values, "SHORT_INTEGER", "BINARY_IEEE_BIG_END", ">i2")
+    with open_recording(path) as found:
+        assert_array_equal(found.samples(), values * STANDARD_GRAVITY)
+
+
+def test_of_rpc3_in_one_group_no_more_is_read_than_is_asked_for(tmp_path, monkeypatch):
+    values, path, read = np.cumsum(noise(2, 100_000), axis=1) * 10.0, tmp_path / "run.rsp", []
+    path.write_bytes(rpc3_bytes(np.rint(values), [1.0, 1.0], 0.001, per_group=100_000))
+    plain = Frames._numbers
+
+    def counted(self, first, count):
+        read.append(count)
+        return plain(self, first, count)
+
+    monkeypatch.setattr(Frames, "_numbers", counted)
+    with open_recording(path) as found:
+        part = found.source.read(found.rows, 40_000, 41_000)
+    assert_array_equal(part, np.rint(values[:, 40_000:41_000]) * STANDARD_GRAVITY)
+    assert max(read) <= 1024
+
+
 def test_rpc3_that_shrinks_while_it_is_read_is_one_line(tmp_path):
     path = tmp_path / "run.rsp"
     path.write_bytes(rpc3_bytes(np.zeros((2, 150_000), int), [1.0, 1.0], 0.001))
@@ -258,6 +375,8 @@ def test_rpc3_that_shrinks_while_it_is_read_is_one_line(tmp_path):
         ({"SAMPLES": "999"}, "999 samples in 192 places"),
         ({"PTS_PER_FRAME": "48"}, "do not fit"),
         ({"NUM_PARAMS": "99999"}, "no fit"),
+        ({"PARTITIONS": "2"}, "PARTITIONS is '2'"),
+        ({"HALF_FRAMES": "1"}, "HALF_FRAMES is '1'"),
         ({"SCALE.CHAN_1": "inf"}, "SCALE.CHAN_1"),
     ],
 )

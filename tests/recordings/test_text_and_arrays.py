@@ -1,5 +1,7 @@
 """CSV, LVM, MATLAB, NumPy, UFF and Parquet: what is found in them, and what is refused."""
 
+import re
+
 import numpy as np
 import pyarrow
 import pytest
@@ -482,6 +484,18 @@ def saved(path, content):
     else:
         scipy_io.savemat(path, content)
     return path
+
+
+def test_an_encrypted_archive_of_arrays_is_told_as_one(tmp_path):
+    path = tmp_path / "run.npz"
+    np.savez(path, t=T, acc_g=Y)
+    content = bytearray(path.read_bytes())
+    for mark, place in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):  # flags of both its heads
+        for found in re.finditer(mark, bytes(content)):
+            content[found.start() + place] |= 1
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match=r"run\.npz: is encrypted\. Save it without"):
+        open_recording(path)
 
 
 @pytest.mark.parametrize("ending", [".npz", ".mat"])

@@ -180,6 +180,14 @@ def test_a_recording_that_became_a_link_since_is_refused(campaign):
         log.tests[0].require_recording()
 
 
+def test_a_recording_named_in_another_case_is_told_as_it_is_named(campaign):
+    there = campaign / "recordings" / "a.tdms"
+    there.rename(there.with_name("A.TDMS"))
+    log = read_testlog(campaign / "testlog.yaml")
+    with pytest.raises(LogError, match=r'a\.tdms, did you mean "A\.TDMS"\?; put'):
+        log.tests[0].require_recording()
+
+
 def test_a_missing_recording_is_an_error_of_its_test_alone(campaign):
     (campaign / "recordings" / "a.tdms").unlink()
     log = read_testlog(campaign / "testlog.yaml")

@@ -26,7 +26,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN
+from shakerproc.recordings.guard import AGAIN, kept_open
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.serving import DIED, given, message
 
@@ -88,12 +88,10 @@ def opened_apart(path: Path, run: str, reader: str, library: str) -> RawFile:
         process = _idle(os.getpid()).pop()
     except IndexError:
         process = _Process()
-    file = _FileApart(run, process)
-    try:
-        return cast("RawFile", file.asked((reader, library, str(path.absolute()), run)))
-    except BaseException:
-        file.close()
-        raise
+    request = reader, library, str(path.absolute()), run
+    return kept_open(
+        _FileApart(run, process), lambda file: cast("RawFile", file.asked(request))
+    )
 
 
 def _gives_up(run: str, problem: str) -> str:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import ArrayLike, ArrayRow, LinesSource
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
 from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
@@ -90,13 +90,8 @@ def read_atfx(path: Path, run: str) -> RawFile:
         item.tag = str(item.tag).rpartition("}")[2]  # without its name space
     if root.tag != "atfx_file":
         raise RecordingError(f"{run}: is XML, but no ATFX: it begins with {shown(root.tag)}.")
-    opened = ExitStack()
-    try:
-        with foreign(run, "reading the channels"):
-            return _File(path, run, root, opened).described()
-    except BaseException:
-        opened.close()
-        raise
+    with foreign(run, "reading the channels"):
+        return kept_open(ExitStack(), lambda opened: _File(path, run, root, opened).described())
 
 
 def _text(found: _Instance, name: str) -> str:

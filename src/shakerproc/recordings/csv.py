@@ -17,7 +17,7 @@ from shakerproc.data import ArraySource
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_xlsx
 from shakerproc.recordings.columns import Columns, file_of_columns
-from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.guard import first_bytes, foreign, shown
 from shakerproc.recordings.raw import RawFile, RawGroup
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.text_format import find_format, looked_at, open_text
@@ -330,12 +330,11 @@ def read_xlsx(path: Path, run: str) -> RawFile:
     """
     if lacks := without_xlsx():
         raise RecordingError(f"{run}: {lacks}")
-    with path.open("rb") as file:
-        if file.read(4) == _OLD:
-            raise RecordingError(
-                f"{run}: is encrypted, or a workbook of before 2007. Save it as .xlsx without "
-                "a password."
-            )
+    if first_bytes(path, run, 4) == _OLD:
+        raise RecordingError(
+            f"{run}: is encrypted, or a workbook of before 2007. Save it as .xlsx without "
+            "a password."
+        )
     found: dict[str, RawFile] = {}
     problems: dict[str, RecordingError] = {}
     for name, content in _sheets(path, run):

@@ -4,21 +4,19 @@ imctermite reads the keys of both versions of the format, and scales the samples
 """
 
 import re
-from collections.abc import Sequence
-from contextlib import closing
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final
 
-import numpy as np
-
-from shakerproc.data import FloatArray, SampleSource
+from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
 from shakerproc.recordings.apart import opened_apart
-from shakerproc.recordings.guard import AGAIN, foreign
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
+from shakerproc.recordings.guard import AGAIN
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, SlicedSource, TimeAxis
 
 MAGIC: Final = b"|CF,"
 """How a file begins."""
@@ -76,39 +74,16 @@ def _check_blocks(path: Path, run: str) -> None:
             head = file.read(64)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class FamosSource(SampleSource):
-    """Samples of channels, read when they are asked for.
-
-    Attributes
-    ----------
-    run : str
-        Name of the run, for messages.
-    file : imctermite.ImcTermite
-        The file.
-    keys : tuple of str
-        Of each row.
-    """
-
-    run: str
-    file: Any
-    keys: tuple[str, ...]
-
-    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        out = np.empty((len(rows), max(0, stop - start)))
-        if out.size:
-            with foreign(self.run, "reading the samples"):
-                for line, row in zip(out, rows, strict=True):
-                    pieces = self.file.iter_channel_numpy(
-                        self.keys[row], include_x=False, chunk_rows=line.size, start_index=start
-                    )
-                    with closing(pieces):
-                        line[:] = next(pieces)["y"]
-        return out
-
-    def close(self) -> None:
-        """Leave the file, which is open only while samples are read."""
+def _samples(
+    file: Any, keys: Sequence[str], rows: Sequence[int], start: int, stop: int
+) -> Iterator[FloatArray]:
+    """Yield samples of rows, scaled as the file says; it is open only meanwhile."""
+    for row in rows:
+        pieces = file.iter_channel_numpy(
+            keys[row], include_x=False, chunk_rows=stop - start, start_index=start
+        )
+        with closing(pieces):
+            yield next(pieces)["y"]
 
 
 def described(path: Path, run: str) -> RawFile:
@@ -135,7 +110,10 @@ def described(path: Path, run: str) -> RawFile:
             keys.append(one.uuid)
     if not channels:
         raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
-    return RawFile((RawGroup("", tuple(channels)),), FamosSource(run, file, tuple(keys)))
+    return RawFile(
+        (RawGroup("", tuple(channels)),),
+        SlicedSource(run, partial(_samples, file, keys), ExitStack()),
+    )
 
 
 def _channel(one: Any, row: int, problem: str) -> RawChannel:

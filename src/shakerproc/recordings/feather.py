@@ -7,7 +7,7 @@ from typing import Any, Final, final
 from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
 from shakerproc.recordings.apart import check_survived
-from shakerproc.recordings.guard import foreign
+from shakerproc.recordings.guard import first_bytes, foreign, kept_open
 from shakerproc.recordings.parquet import file_of_table, read_first_pieces
 from shakerproc.recordings.raw import RawFile
 
@@ -24,9 +24,8 @@ def read_feather(path: Path, run: str) -> RawFile:
     """
     if lacks := without_parquet():
         raise RecordingError(f"{run}: {lacks.replace('Parquet needs', 'Feather needs')}")
-    with path.open("rb") as file:
-        if file.read(4) == _VERSION_1:
-            raise RecordingError(f"{run}: Feather of version 1. Write it again as version 2.")
+    if first_bytes(path, run, 4) == _VERSION_1:
+        raise RecordingError(f"{run}: Feather of version 1. Write it again as version 2.")
     check_survived(path, run, "shakerproc.recordings.feather:try_feather")
     return _opened(path, run)
 
@@ -39,12 +38,8 @@ def try_feather(path: Path) -> None:
 def _opened(path: Path, run: str) -> RawFile:
     with foreign(run, "opening the table"):
         table = ArrowFile(path)
-    try:
-        with foreign(run, "reading the table"):
-            return file_of_table(table, run)
-    except BaseException:
-        table.close()
-        raise
+    with foreign(run, "reading the table"):
+        return kept_open(table, lambda table: file_of_table(table, run))
 
 
 @final

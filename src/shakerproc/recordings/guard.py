@@ -7,13 +7,22 @@ memory, is kept apart (`apart`).
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import BinaryIO, Protocol, TypeVar
 
 import numpy as np
 
 from shakerproc.errors import RecordingError, ShakerprocError
 
+
+class Closable(Protocol):
+    """What is open until it is closed."""
+
+    def close(self) -> object:
+        """Close it."""
+
+
 T = TypeVar("T")
+F = TypeVar("F", bound=Closable)
 
 AGAIN = "Copy or export the file again from the measuring computer."
 
@@ -40,15 +49,20 @@ def opened(path: Path, run: str) -> BinaryIO:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
 
 
-def kept_open(path: Path, run: str, read: Callable[[BinaryIO], T]) -> T:
-    """Return the result of reading a file that stays open; it is closed where reading fails.
+def first_bytes(path: Path, run: str, count: int) -> bytes:
+    """Return the first bytes of a file, so many at most.
 
     Raises
     ------
     RecordingError
         If it cannot be opened.
     """
-    file = opened(path, run)
+    with opened(path, run) as file:
+        return file.read(count)
+
+
+def kept_open(file: F, read: Callable[[F], T]) -> T:
+    """Return the result of reading a file that stays open; it is closed where reading fails."""
     try:
         return read(file)
     except BaseException:

@@ -15,7 +15,6 @@ import math
 import re
 import signal
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -27,7 +26,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.arrays import ArrayRow, LinesSource, file_of_arrays
 from shakerproc.recordings.columns import RATE_WORD, STEP_WORD
-from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
 from shakerproc.recordings.raw import RawFile, RawGroup
 from shakerproc.recordings.times import SECONDS, is_time
 from shakerproc.recordings.variables import (
@@ -83,18 +82,16 @@ def read_hdf5(path: Path, run: str) -> RawFile:
     RecordingError
         If it cannot be read, or holds no time series.
     """
-    try:
-        with path.open("rb") as start:
-            magic = start.read(4)
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
-    if magic in _NETCDF_3:
+    if first_bytes(path, run, 4) in _NETCDF_3:
         raise RecordingError(
             f"{run}: is netCDF of version 3, not 4. Convert it: nccopy -k nc4 {run} new.nc."
         )
     check_survived(path, run, "shakerproc.recordings.hdf5:try_hdf5")
-    with _opened(path, run) as file, foreign(run, "reading the data sets"):
-        return _joined(_groups_with_series(file, run), run, file)
+    with foreign(run, "reading the data sets"):
+        return kept_open(
+            opened_hdf5(path, run),
+            lambda file: _joined(_groups_with_series(file, run), run, file),
+        )
 
 
 def try_hdf5(path: Path) -> None:
@@ -105,26 +102,25 @@ def try_hdf5(path: Path) -> None:
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_PROF, _LONGEST_S)
     try:
-        with _opened(path, path.name) as file:
+        with opened_hdf5(path, path.name) as file:
             _groups_with_series(file, path.name)
-            file.close()
     finally:
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
-@contextmanager
-def _opened(path: Path, run: str) -> Iterator[Any]:
-    """Yield a file, open; it is closed where something is wrong with it."""
+def opened_hdf5(path: Path, run: str) -> Any:
+    """Return an open file.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be opened.
+    """
     import h5py
 
     with foreign(run, "opening the file"):
-        file = h5py.File(path, "r")
-    try:
-        yield file
-    except BaseException:
-        file.close()
-        raise
+        return h5py.File(path, "r")
 
 
 def _groups_with_series(file: Any, run: str) -> list[_Hdf5Group]:

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
-from shakerproc.recordings.guard import AGAIN, foreign
+from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open
+from shakerproc.recordings.hdf5 import opened_hdf5
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.variables import (
     DEEPEST,
@@ -333,11 +334,7 @@ def read_mat(path: Path, run: str) -> RawFile:
     RecordingError
         If it cannot be read.
     """
-    try:
-        with path.open("rb") as file:
-            start = file.read(520)
-    except OSError as error:
-        raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
+    start = first_bytes(path, run, 520)
     if start[:8] == _HDF5 or start[512:520] == _HDF5:
         return _read_hdf5(path, run)
     return _read_old(path, start, run)
@@ -392,19 +389,14 @@ def _version_5(path: Path, run: str) -> list[tuple[str, Value]]:
 
 
 def _read_hdf5(path: Path, run: str) -> RawFile:
-    import h5py
+    return kept_open(opened_hdf5(path, run), lambda file: _read_variables(file, run))
 
-    with foreign(run, "opening the file"):
-        file = h5py.File(path, "r")
-    try:
-        with foreign(run, "reading the variables"):
-            trees = [
-                (key, _tree(file, key, run, key, 0)) for key in file if not key.startswith("#")
-            ]
-        return _file_of(trees, run, file)
-    except BaseException:
-        file.close()
-        raise
+
+def _read_variables(file: Any, run: str) -> RawFile:
+    with foreign(run, "reading the variables"):
+        keys = [key for key in file if not key.startswith("#")]
+        trees = [(key, _tree(file, key, run, key, 0)) for key in keys]
+    return _file_of(trees, run, file)
 
 
 def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:

@@ -15,17 +15,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray, SampleSource
+from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.late import without
 from shakerproc.recordings.apart import opened_apart
-from shakerproc.recordings.guard import AGAIN, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, TimeAxis
+from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, shown
+from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, SlicedSource, TimeAxis
 from shakerproc.recordings.time_base import CLOCKS
 
 MAGIC: Final = (b"MDF     ", b"UnFinMF ")
@@ -48,9 +49,8 @@ def read_mdf(path: Path, run: str) -> RawFile:
     """
     if lacks := without("asammdf", "MDF", "recorders", "export it as TDMS, HDF5 or CSV"):
         raise RecordingError(f"{run}: {lacks}")
-    with path.open("rb") as file:
-        if file.read(8) not in MAGIC:
-            raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
+    if first_bytes(path, run, 8) not in MAGIC:
+        raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
     return opened_apart(path, run, "shakerproc.recordings.mdf:described", "asammdf")
 
 
@@ -118,42 +118,21 @@ class MasterTimes:
             return np.asarray(times, dtype=np.float64)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class MdfSource(SampleSource):
-    """Samples of channels, read when they are asked for; NaN where they are not valid.
+def _samples(
+    file: Any, places: Sequence[tuple[int, int]], rows: Sequence[int], start: int, stop: int
+) -> Iterator[FloatArray]:
+    """Yield samples of rows; NaN where they are not valid.
 
-    Attributes
-    ----------
-    run : str
-        Name of the run, for messages.
-    file : asammdf.MDF
-        The open file.
-    places : tuple of (int, int)
-        Group and channel of each row.
+    The records of a group are read once for all of its channels.
     """
-
-    run: str
-    file: Any
-    places: tuple[tuple[int, int], ...]
-
-    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        out = np.empty((len(rows), max(0, stop - start)))
-        if out.size:
-            places = [(None, *self.places[row]) for row in rows]
-            with foreign(self.run, "reading the samples"):
-                signals = self.file.select(
-                    places, record_offset=start, record_count=stop - start, copy_master=False
-                )  # the records of a group are read once for all of its channels
-                for line, signal in zip(out, signals, strict=True):
-                    line[:] = signal.samples
-                    if signal.invalidation_bits is not None:
-                        line[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
-        return out
-
-    def close(self) -> None:
-        """Close the file."""
-        self.file.close()
+    for signal in file.select(
+        [(None, *places[row]) for row in rows], record_offset=start,
+        record_count=stop - start, copy_master=False,
+    ):  # fmt: skip
+        values = np.array(signal.samples, dtype=np.float64)
+        if signal.invalidation_bits is not None:
+            values[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+        yield values
 
 
 def _values(file: Any, place: tuple[int, int], start: int, stop: int) -> Any:
@@ -195,7 +174,9 @@ def _described(file: Any, run: str) -> RawFile:
     groups = [RawGroup(name, tuple(channels)) for _, name, channels in found if channels]
     if len(groups) == 1:
         groups = [replace(groups[0], name="")]
-    return RawFile(tuple(groups), MdfSource(run, file, tuple(places)), tuple(notes))
+    return RawFile(
+        tuple(groups), SlicedSource(run, partial(_samples, file, places), file), tuple(notes)
+    )
 
 
 def _join(

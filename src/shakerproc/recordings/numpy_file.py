@@ -13,8 +13,11 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import LARGEST, ArrayLike, file_of_arrays
-from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import Frames, RawFile
+
+_ENCRYPTED: Final = 1
+"""Flag of a part of an archive that needs a password."""
 
 _HEADERS: Final = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
@@ -25,7 +28,7 @@ def read_npz(path: Path, run: str) -> RawFile:
     texts: dict[str, list[str]] = {}
     left_out = []
     with foreign(run, "reading the archive"), zipfile.ZipFile(path) as archive:
-        _check_size(archive, run)
+        _check_archive(archive, run)
         for entry in archive.infolist():
             name = entry.filename.removesuffix(".npy")
             with archive.open(entry) as file:
@@ -48,7 +51,7 @@ def read_npy(path: Path, run: str) -> RawFile:
         If it holds no real numbers, or is not as long as it says.
     """
     with foreign(run, "reading the header"):
-        return kept_open(path, run, lambda file: _stored(file, path.stem, run))
+        return kept_open(opened(path, run), lambda file: _stored(file, path.stem, run))
 
 
 def _stored(file: BinaryIO, name: str, run: str) -> RawFile:
@@ -126,7 +129,16 @@ def _array(file: BinaryIO, size: int, name: str, run: str) -> NDArray[Any] | Non
     return values.reshape(shape, order="F" if by_column else "C")
 
 
-def _check_size(archive: zipfile.ZipFile, run: str) -> None:
+def _check_archive(archive: zipfile.ZipFile, run: str) -> None:
+    """Pass an archive that is not encrypted, of arrays that memory holds.
+
+    Raises
+    ------
+    RecordingError
+        If it is none.
+    """
+    if any(entry.flag_bits & _ENCRYPTED for entry in archive.infolist()):
+        raise RecordingError(f"{run}: is encrypted. Save it without a password.")
     total = sum(entry.file_size for entry in archive.infolist())
     if total > LARGEST:
         raise RecordingError(

@@ -32,7 +32,7 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.guard import foreign, shown
+from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
@@ -136,8 +136,7 @@ def read_dat(path: Path, run: str) -> RawFile:
     from shakerproc.recordings import famos, mdf
     from shakerproc.recordings.csv import read_csv
 
-    with path.open("rb") as file:
-        start = file.read(8)
+    start = first_bytes(path, run, 8)
     if start in mdf.MAGIC:
         return mdf.read_mdf(path, run)
     if start.startswith(famos.MAGIC):
@@ -178,6 +177,17 @@ READERS: Final = Readers({
 })
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
+
+BEGINNINGS: Final = {
+    b"TDSm": (".tdms",), b"PAR1": (".parquet",), b"ARROW1": (".feather", ".arrow"),
+    b"\x89HDF": (".h5", ".hdf5", ".nc", ".nc4", ".mat"), b"MATLAB ": (".mat",),
+    b"MDF ": (".mf4", ".mdf", ".dat"), b"UnFinMF ": (".mf4", ".mdf", ".dat"),
+    b"|CF,": (".raw", ".dat"), b"\x1aE\xdf\xa3": (".ide",), b"RIFF": (".wav",),
+    b"FORMAT\0": (".rsp", ".rpc", ".rpc3"), b"\x93NUMPY": (".npy",), b"LabVIEW": (".lvm",),
+    b"    -1\n": (".uff", ".unv", ".uf58"), b"    -1\r": (".uff", ".unv", ".uf58"),
+    b"PK\x03\x04": (".xlsx", ".npz"),
+}  # fmt: skip
+"""How files of a format begin, with the endings that have it read."""
 
 NO_ROLE: Final = "no role fits its unit; a log can give it one"
 IGNORED: Final = "role: ignore in the log"
@@ -267,11 +277,9 @@ def read_whole(
     name = run or path.name
     reader = _reader(path, name)
     file = WatchedFile(path, name, hashed=hashed)
-    try:
-        return WholeFile(path, name, file, _unchanged(reader, file, path, name))
-    except BaseException:
-        file.close()
-        raise
+    return kept_open(
+        file, lambda file: WholeFile(path, name, file, _unchanged(reader, file, path, name))
+    )
 
 
 def open_recording(
@@ -378,13 +386,20 @@ def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFi
     Raises
     ------
     RecordingError
-        If it cannot be used.
+        If it cannot be used; where it begins like a file of another ending, for that.
     """
     try:
         return reader(path, run)
-    except RecordingError:
+    except RecordingError as error:
         file.check()
-        raise
+        start, ending = first_bytes(path, run, 16), path.suffix.lower()
+        known = next((of for mark, of in BEGINNINGS.items() if start.startswith(mark)), None)
+        if known is None or ending in known or ending not in READERS.known:
+            raise
+        raise RecordingError(
+            f"{run}: begins like a file of the ending {known[0]}, not of {path.suffix}. Rename "
+            "it, or export it again."
+        ) from error
 
 
 def contents(path: Path | str) -> tuple[tuple[RawGroup, ...], tuple[str, ...]]:

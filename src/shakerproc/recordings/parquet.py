@@ -22,7 +22,7 @@ from shakerproc.errors import RecordingError
 from shakerproc.late import without_parquet
 from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.columns import Columns, file_of_columns
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
 from shakerproc.recordings.raw import RawFile, TimeAxis, TimesInFile
 from shakerproc.recordings.si import split_header
 from shakerproc.recordings.times import SECONDS, is_time, time_columns
@@ -224,13 +224,13 @@ def _opened(path: Path, run: str) -> RawFile:
 
     with foreign(run, "opening the table"):
         file = parquet.ParquetFile(path, pre_buffer=False, buffer_size=1 << 16)
-    try:
-        with foreign(run, "reading the table"):
-            check_pages(path, file.metadata, run)
-            return file_of_table(_Groups(file), run)
-    except BaseException:
-        file.close()
-        raise
+    with foreign(run, "reading the table"):
+        return kept_open(file, lambda file: _read(file, path, run))
+
+
+def _read(file: Any, path: Path, run: str) -> RawFile:
+    check_pages(path, file.metadata, run)
+    return file_of_table(_Groups(file), run)
 
 
 @final

@@ -6,7 +6,7 @@ converts and judges nothing, `time_base` does.
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray, SampleSource, SkippedRows
 from shakerproc.errors import RecordingError
+from shakerproc.recordings.guard import foreign
 
 SILENT: Final = "the file does not say the sample rate"
 """What is wrong with the rate of a file that leaves it to the log."""
@@ -332,6 +333,38 @@ class RawFile:
 
 Reader: TypeAlias = Callable[[Path, str], RawFile]
 """Opens a file, with the name of the run for its error messages."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SlicedSource(SampleSource):
+    """Samples that a function takes out of an open file when they are asked for.
+
+    Attributes
+    ----------
+    run : str
+        Name of the run, for messages.
+    take : callable
+        From rows, first sample and the one behind the last to the samples of each row.
+    handle : object
+        What has to be closed.
+    """
+
+    run: str
+    take: Callable[[Sequence[int], int, int], Iterable[NDArray[Any]]]
+    handle: Any
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        out = np.empty((len(rows), max(0, stop - start)))
+        if out.size:
+            with foreign(self.run, "reading the samples"):
+                for line, values in zip(out, self.take(rows, start, stop), strict=True):
+                    line[:] = values
+        return out
+
+    def close(self) -> None:
+        """Close the file."""
+        self.handle.close()
 
 
 @final

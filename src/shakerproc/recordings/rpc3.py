@@ -10,21 +10,23 @@ References
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import BinaryIO, Final, final
+from typing import Any, BinaryIO, Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import (
     Frames,
     RawChannel,
     RawFile,
     RawGroup,
+    SlicedSource,
     TimeAxis,
     half_digit,
 )
@@ -36,6 +38,17 @@ _BLOCK: Final = 512
 _MOST_BLOCKS: Final = 1024
 _ORDERS: Final = {"BINARY": "<", "BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">"}
 _NUMBERS: Final = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
+_OTHER_ORDERS: Final = {2: ((1, 0),), 4: ((3, 2, 1, 0), (1, 0, 3, 2), (2, 3, 0, 1))}
+"""In what other orders the bytes of a number may stand: of other machines, or of VMS."""
+
+_PIECES, _PIECE = 16, 1024
+"""How many pieces of so many samples tell in what order the bytes stand."""
+
+_LARGEST: Final = np.finfo(np.float32).max
+"""Stands for a float that is not finite, where powers of two are compared."""
+
+_KNOWN: Final = {"PARTITIONS": 1, "HALF_FRAMES": 0}
+"""Where a header says more, programs differ on which sample is which."""
 
 
 def read_rpc3(path: Path, run: str) -> RawFile:
@@ -46,7 +59,7 @@ def read_rpc3(path: Path, run: str) -> RawFile:
     RecordingError
         If it is none, or its header is not whole.
     """
-    return kept_open(path, run, lambda file: _read(file, run))
+    return kept_open(opened(path, run), lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:
@@ -55,7 +68,13 @@ def _read(file: BinaryIO, run: str) -> RawFile:
     layout = _layout(header, os.fstat(file.fileno()).st_size, run)
     shape = (layout.whole // layout.per_group, layout.channels * layout.per_group)
     frames = Frames(run, file, layout.first, shape, np.dtype(layout.dtype))
-    source = GroupedSource(run, frames, layout)
+    scales = np.array(layout.scales)[:, np.newaxis]
+    numbers = partial(_numbers, frames, layout)
+    with foreign(run, "reading the samples"):
+        _check_order(numbers, layout, header["FORMAT"], run)
+    source = SlicedSource(
+        run, lambda rows, *ends: numbers(rows, *ends) * scales[list(rows)], file
+    )
     step = _number(header, "DELTA_T", run)
     axes = (TimeAxis("DELTA_T", step=step, unit="s",
                      digit=half_digit(header["DELTA_T"])),)  # fmt: skip
@@ -105,30 +124,18 @@ class SampleLayout:
     scales: tuple[float, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class GroupedSource(SampleSource):
-    """Samples that stand in groups, read when they are asked for."""
-
-    run: str
-    frames: Frames
-    layout: SampleLayout
-
-    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        per_group = self.layout.per_group
-        count = max(0, stop - start)
-        first, last = start // per_group, -(-stop // per_group)
-        out = np.empty((len(rows), count))
-        with foreign(self.run, "reading the samples"):
-            groups = self.frames[first:last].reshape(-1, self.layout.channels, per_group)
-            for line, row in zip(out, rows, strict=True):
-                flat = groups[:, row].reshape(-1)[start - first * per_group :][:count]
-                line[:] = flat * np.float64(self.layout.scales[row])
-        return out
-
-    def close(self) -> None:
-        """Close the file."""
-        self.frames.file.close()
+def _numbers(
+    frames: Frames, layout: SampleLayout, rows: Sequence[int], start: int, stop: int
+) -> NDArray[Any]:
+    """Return numbers as they stand in the file, a line for each row [-]."""
+    size, first = layout.per_group, start // layout.per_group
+    at, count = start - first * size, stop - start
+    if at + count <= size:  # of a group that is the whole file, no more than asked for
+        ends = [(row * size + at, row * size + at + count) for row in rows]
+        return np.stack([frames[first, begin:end] for begin, end in ends])
+    groups = frames[first : -(-stop // size)].reshape(-1, layout.channels, size)
+    lines = groups.swapaxes(0, 1)[list(rows)].reshape(len(rows), -1)
+    return lines[:, at : at + count]
 
 
 def _header(content: bytes, run: str) -> Mapping[str, str]:
@@ -182,6 +189,12 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
         )
     channels, per_group = (_whole(header, k, run) for k in ("CHANNELS", "PTS_PER_GROUP"))
     frames, per_frame = (_whole(header, k, run) for k in ("FRAMES", "PTS_PER_FRAME"))
+    for key, most in _KNOWN.items():
+        if key in header and _whole(header, key, run) > most:
+            raise RecordingError(
+                f"{run}: {key} is {shown(header[key], 30)}; programs differ on where the "
+                f"samples stand then. Export the file with {key} {most}."
+            )
     if not channels or not per_group or per_group % max(per_frame, 1):
         raise RecordingError(
             f"{run}: {channels} channels in groups of {per_group} and frames of {per_frame} "
@@ -204,6 +217,55 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
     return SampleLayout(
         dtype.str, first, channels, per_group, promised, groups * per_group, tuple(scales),
     )  # fmt: skip
+
+
+def _check_order(
+    numbers: Callable[[Sequence[int], int, int], NDArray[Any]],
+    layout: SampleLayout,
+    said: str,
+    run: str,
+) -> None:
+    """Pass numbers whose neighbours are as near as in any other order of their bytes.
+
+    Raises
+    ------
+    RecordingError
+        If the differences take a bit less, in the mean, in another order.
+    """
+    rows, whole = range(layout.channels), layout.whole
+    starts = np.linspace(0, max(0, whole - _PIECE), _PIECES).astype(int).tolist()
+    pieces = [numbers(rows, at, min(at + _PIECE, whole)) for at in sorted(set(starts))]
+    size = pieces[0].itemsize
+    as_said, *others = (
+        np.mean([_bits(piece, order) for piece in pieces])
+        for order in (tuple(range(size)), *_OTHER_ORDERS[size])
+    )
+    saved = as_said - min(others)
+    if saved > 1.0:
+        raise RecordingError(
+            f"{run}: FORMAT says {shown(said, 40)}, but with their bytes in another "
+            f"order numbers differ from the next by {saved:.0f} bits less: the order is wrong. "
+            "Correct FORMAT (BINARY_IEEE_BIG_END, BINARY_IEEE_LITTLE_END), or export the file "
+            "as BINARY_IEEE_LITTLE_END with FLOATING_POINT."
+        )
+
+
+def _bits(numbers: NDArray[Any], order: Sequence[int]) -> float:
+    """Return what the difference of neighbours takes, their bytes in an order [bit].
+
+    Of floats, that of their powers of two: a wrong order gives any. Zero has none.
+    """
+    stored = np.ascontiguousarray(numbers)
+    places = stored.view(np.uint8).reshape(*stored.shape, -1)[..., list(order)]
+    whole = places.copy().view(stored.dtype)[..., 0]
+    if stored.dtype.kind == "i":
+        steps = np.diff(whole.astype(np.int64), axis=-1)
+    else:
+        finite = np.where(np.isfinite(whole), whole, _LARGEST)
+        steps = np.diff(np.frexp(finite)[1], axis=-1)[
+            (finite[:, 1:] != 0.0) & (finite[:, :-1] != 0.0)
+        ]
+    return float(np.log2(1.0 + np.abs(steps)).mean()) if steps.size else 0.0
 
 
 def _number(header: Mapping[str, str], key: str, run: str) -> float:

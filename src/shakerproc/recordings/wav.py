@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.arrays import ArrayRow, LinesSource
-from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import Frames, RawChannel, RawFile, RawGroup, TimeAxis
 
 _ORDERS: Final = {b"RIFF": "<", b"RF64": "<", b"BW64": "<", b"RIFX": ">"}
@@ -92,7 +92,7 @@ def read_wav(path: Path, run: str) -> RawFile:
         If it is none, its samples are packed, or it is not what its chunks say.
     """
     with foreign(run, "reading the chunks"):
-        return kept_open(path, run, lambda file: _read(file, run))
+        return kept_open(opened(path, run), lambda file: _read(file, run))
 
 
 def _read(file: BinaryIO, run: str) -> RawFile:

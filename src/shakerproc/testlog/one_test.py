@@ -19,7 +19,7 @@ from shakerproc.testlog.excitation import (
 from shakerproc.testlog.fields import is_inside
 from shakerproc.testlog.header import Instrument
 from shakerproc.testlog.processing import Processing
-from shakerproc.units import is_same_unit, quoted
+from shakerproc.units import is_same_unit, near_miss, quoted
 
 Tag: TypeAlias = str | float
 
@@ -285,9 +285,12 @@ class Test:
             If it is not, or a link to outside the log's folder.
         """
         if not path.is_file():
+            beside = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
+            near = near_miss(path.name, [one.name for one in beside if one.is_file()])
             raise LogError(
-                f"{self.source}: test {self.id}: no recording {path}; "
-                "put the file there, correct the path, or mark the test discarded: true"
+                f"{self.source}: test {self.id}: no recording {path}"
+                f"{f', did you mean {quoted(near)}?' if near else ''}; put the file there, "
+                "correct the path, or mark the test discarded: true"
             )
         if self.folder is not None and not is_inside(path, self.folder):
             raise LogError(

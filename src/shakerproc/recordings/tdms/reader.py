@@ -10,7 +10,7 @@ from typing import Any, BinaryIO, Final, final
 import numpy as np
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, kept_open, opened, shown
 from shakerproc.recordings.raw import SILENT, RawChannel, RawFile, RawGroup, TimeAxis
 from shakerproc.recordings.tdms.metadata import (
     Properties,
@@ -61,7 +61,7 @@ def read_tdms(path: Path, run: str) -> RawFile:
         If the file cannot be opened or is not what its headers say.
     """
     try:
-        return kept_open(path, run, lambda file: _open(file, run))
+        return kept_open(opened(path, run), lambda file: _open(file, run))
     except StructureError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
 
