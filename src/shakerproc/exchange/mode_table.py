@@ -95,6 +95,6 @@ class ModeTable:
 
 
 def split_place(place: str) -> tuple[str, str]:
-    """Return node and direction of a place, such as -z; the latter is empty where it has none."""
+    """Return node and direction of a place, such as -z; empty where it has none."""
     node, _, axis = place.rpartition("/")
     return (node, axis) if node and axis.removeprefix("-") in COMPONENTS else (place, "")

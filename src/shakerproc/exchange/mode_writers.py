@@ -76,7 +76,7 @@ def _write_table(path: Path, table: ModeTable, _: str) -> tuple[str, ...]:
     columns: dict[str, FloatArray] = {FREQUENCY: table.frequencies}
     if table.damping_ratios is not None:
         columns[DAMPING] = table.damping_ratios
-    one = len(table.axes) == 1 and {*table.participations} <= {"", *table.axes}
+    one = len(({*table.participations} | table.axes) - {""}) <= 1
     for share in table.participations.values() if one else ():
         columns[PARTICIPATION] = share
     files.write_csv(path, {**columns, **dict(zip(table.places, table.shapes, strict=True))})
@@ -142,7 +142,7 @@ def _write_frd(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
         frequency, count = table.frequencies[number - 1], len(nodes.numbers)
         parts += [
             f"    1PSTEP{number:26d}{1:12d}{1:12d}          \n    1PMODE{number:26d}\n",
-            f"  100CL{100 + number:5d}{frequency:12.5E}{count:12d}{'':20s} 2{number:5d}MODAL"
+            f"  100CL{100 + number:5d}{_hertz(frequency)}{count:12d}{'':20s} 2{number:5d}MODAL"
             f"      1\n -4  DISP        4    1\n",
             *(f" -5  D{i}          1    2    {i}    0\n" for i in (1, 2, 3)),
             " -5  ALL         1    2    0    0    1ALL\n",
@@ -157,6 +157,11 @@ def _write_frd(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
         *["participations"] * bool(table.participations),
         "elements", "units (kg, m)",
     ])  # fmt: skip
+
+
+def _hertz(frequency: float) -> str:
+    """Return a frequency as CalculiX prints it: ten digits from 1 Hz on [Hz]."""
+    return f"{frequency:#12.10g}" if 1.0 <= frequency < 1e9 else f"{frequency:12.5E}"
 
 
 def _rows(numbers: Sequence[int], values: FloatArray) -> str:

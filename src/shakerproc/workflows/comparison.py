@@ -1,6 +1,6 @@
 """A model compared with tests of a log or with response functions: `shakerproc compare`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final

@@ -146,6 +146,8 @@ def convert_modes(source: Path, out: Path, options: ModeOptions) -> ConvertedMod
     ExchangeError
         If it holds no modes, or the other format cannot hold them.
     """
+    if options.direction not in {None, *"xyz"}:
+        raise ArgumentError("direction", f"expected x, y or z, got {options.direction!r}")
     log = None if options.sensors is None else read_testlog(options.sensors)
     table, notes = _read(source, options)
     table, told = _chosen(table, source.name, options, log)
@@ -249,6 +251,11 @@ def _chosen(
     """Return modes at the points that were asked for, and a sentence on each.
 
     All places of the file are points where none was asked for.
+
+    Raises
+    ------
+    ArgumentError
+        If one has no place in the file, or two have one name.
     """
     if not options.at and log is None:
         return table, ()
@@ -315,8 +322,8 @@ def _axis_of(name: str, along: Place | None, table: ModeTable, direction: str | 
     if len(axes) != 1:
         raise ArgumentError(
             "direction",
-            f"the log does not say along which axis {name} measures; state direction: in it, or "
-            f"one for all sensors",
+            f"the log does not say along which axis {name} measures; state it there, or one "
+            f"for all sensors",
         )
     return axes.pop()
 

@@ -1,12 +1,15 @@
 """``shakerproc convert``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from shakerproc.cli import options, output
 from shakerproc.cli.commands import MODES
+
+if TYPE_CHECKING:
+    from shakerproc.workflows.mode_sets import ModeOptions
 
 _RECORDING = (
     "group", "measurement", "sample_rate_hz", "override_rate", "time_unit", "resample_hz",
@@ -90,16 +93,21 @@ def convert(
         ),
     ] = None,
 ) -> None:
-    """Write a recording in another format, in the units that it has; or modes, in SI."""
+    """Write a recording or modes in another format.
+
+    A recording keeps its units; modes are written in SI.
+    """
     from shakerproc.recordings import WRITERS, FilePart, open_recording
-    from shakerproc.workflows.mode_sets import is_of_modes
+    from shakerproc.workflows.mode_sets import ModeOptions, is_of_modes
 
     if out.exists() and out.samefile(recording):
         raise typer.BadParameter("this is the recording itself", param_hint="OUT")
     of_modes = is_of_modes(recording, out)
     _refuse(context, _RECORDING if of_modes else _MODES, "modes" if of_modes else "a recording")
     if of_modes:
-        _convert_modes(recording, out, context)
+        at = at or []
+        given = ModeOptions(mass_unit, length_unit, damping_ratio, direction, at, sensors)
+        _convert_modes(recording, out, given)
         return
     write = WRITERS.get(out.suffix.lower())
     if write is None:
@@ -143,13 +151,12 @@ def _refuse(context: typer.Context, names: tuple[str, ...], of: str) -> None:
             )
 
 
-def _convert_modes(source: Path, out: Path, context: typer.Context) -> None:
+def _convert_modes(source: Path, out: Path, given: "ModeOptions") -> None:
     """Write modes in another format, and say where their points are."""
-    from shakerproc.workflows.mode_sets import ModeOptions, convert_modes
+    from shakerproc.workflows.mode_sets import convert_modes
 
-    given = {name: context.params[name] for name in _MODES}
     with options.usage():
-        found = convert_modes(source, out, ModeOptions(**{**given, "at": given["at"] or ()}))
+        found = convert_modes(source, out, given)
     for note in found.notes:
         output.message(f"note: {note}")
     output.message(f"{out}: {found.modes} modes at {found.places} places")
