@@ -367,4 +367,4 @@ def _nearest(
         f", farther than its nearest node is from it ({1e3 * beside:.3g} mm): check position "
         f"and units"
     ) * bool(distance > beside)
-    return nodes[row], f", {1e3 * distance:.3g} mm from its position{far}"
+    return nodes[int(row)], f", {1e3 * distance:.3g} mm from its position{far}"
