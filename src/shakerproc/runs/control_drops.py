@@ -6,9 +6,9 @@ acceleration of the table to
 .. math:: \left|\frac{\ddot y}{\ddot y_0}\right| = \left|1 + \frac{m}{M} A(f)\right|^{-1},
     \qquad A(f_0) \approx \frac{1}{2 i \zeta}
 
-with the transmissibility A of the specimen: lowest at the resonance :math:`f_0` that it has on
-a table that stands still, which is that of its response over the control. A controller that does
-not keep up leaves the drop, whatever the level beside it.
+with the transmissibility A of the specimen. It is lowest at the resonance :math:`f_0` that the
+specimen has on a table that stands still, which is that of its response over the control. A
+controller that does not keep up leaves the drop, whatever the level beside it.
 """
 
 from collections.abc import Iterator
