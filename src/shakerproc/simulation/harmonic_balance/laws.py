@@ -454,9 +454,12 @@ def _periodic(loops: FloatArray) -> FloatArray:
 
     The last where there are two, or where what is left does not fade.
     """
+    last: FloatArray = loops[-1]
     if len(loops) < 3:
-        return loops[-1]
-    before, after = loops[-2] - loops[-3], loops[-1] - loops[-2]
+        return last
+    before, after = loops[-2] - loops[-3], last - loops[-2]
     size = float(before @ before)
     fading = float(after @ before) / size if size > 0.0 else 1.0
-    return loops[-1] + (after * fading / (1.0 - fading) if abs(fading) < 1.0 else 0.0)
+    if abs(fading) < 1.0:
+        last = last + after * fading / (1.0 - fading)
+    return last
