@@ -145,7 +145,8 @@ def _refuse(context: typer.Context, names: tuple[str, ...], of: str) -> None:
     from shakerproc.workflows.processing_options import option
 
     for name in names:
-        if context.params[name] not in {None, False, ()}:
+        value = context.params[name]
+        if value is not None and value is not False and value not in ([], ()):  # 0 is given
             raise typer.BadParameter(
                 f"does not belong to {of}; leave it out", param_hint=option(name)
             )
