@@ -74,6 +74,34 @@ def test_response_with_friction_is_polished():
     assert_allclose(found, exact, rtol=3e-4)  # 63 harmonics of an exact motion
 
 
+@pytest.mark.parametrize("relaxation", [0.01, 0.3, 2.0, 30.0])
+def test_a_maxwell_element_has_its_complex_stiffness_whatever_its_relaxation(relaxation):
+    """The linear response in closed form, k + i omega c m / (m + i omega c) in the denominator.
+
+    Relaxation times from 1/100 of a radian to five periods: memory that is gone before the next
+    sample, and memory that outlasts many rounds.
+    """
+    omega = 10.0 * np.pi
+    maxwell = EFFECTS["series"]((
+        EFFECTS["spring"](stiffness=2000.0),
+        EFFECTS["damper"](damping=2000.0 * relaxation / omega),
+    ))
+    shaken = model(
+        EFFECTS["spring"](stiffness=1000.0), maxwell, EFFECTS["damper"](damping=20.0 * DAMPING)
+    )
+    response = frequency_response(shaken, 3.0, from_hz=4.5, to_hz=5.5, harmonics=3)
+    branch = response.branches[0]
+    rate = 2.0 * np.pi * branch.frequency
+    time = 1j * rate * relaxation / omega
+    mass = float(next(iter(shaken.masses.values())))
+    dynamic = (
+        1000.0 + 2000.0 * time / (1.0 + time) + 1j * rate * 20.0 * DAMPING - mass * rate**2
+    )
+    force = 3.0 * (mass if shaken.excitation.moves_base else 1.0)
+    found = np.max(np.abs(samples_of_branch(branch, 1024)[:, 0]), axis=-1)
+    assert_allclose(found, np.abs(force / dynamic), rtol=2e-5)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "parameters"),

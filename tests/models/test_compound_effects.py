@@ -102,7 +102,7 @@ def test_a_spring_and_a_damper_have_maxwells_complex_stiffness():
     force = Series((Spring(k), Damper(damping=c))).force_along(z, v, RATE)[-1024:]
     wanted = 1.0 / (1.0 / k + 1.0 / (1j * omega * c))
     angle = omega * np.arange(z.size)[-1024:] / RATE
-    assert_allclose(force, 1e-4 * np.imag(wanted * np.exp(1j * angle)), atol=2e-3 * 10.0)
+    assert_allclose(force, 1e-4 * np.imag(wanted * np.exp(1j * angle)), atol=1e-6 * 10.0)
 
 
 @pytest.mark.parametrize(

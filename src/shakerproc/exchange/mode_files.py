@@ -3,67 +3,38 @@
 import csv
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, final
+from typing import Any, Final
 
 import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ExchangeError
 from shakerproc.exchange.calculix import CalculixModes, read_dat, read_frd
-from shakerproc.exchange.nastran_punch import COMPONENTS, read_modes
+from shakerproc.exchange.mode_table import (
+    COMPONENTS,
+    DAMPING,
+    FREQUENCY,
+    PARTICIPATION,
+    ModeTable,
+)
+from shakerproc.exchange.nastran_punch import read_modes
 from shakerproc.geometry import Place
 from shakerproc.geometry.data_sets import UffError, data_sets
-from shakerproc.geometry.universal import units_of, wireframe_of
+from shakerproc.geometry.universal import Units, units_of, wireframe_of
 
 RIGID: Final = 1e-4
 """Frequency up to which a mode is one of a rigid body, over the highest of the file: what
 rounding leaves of zero eigenvalues [-]."""
 
-_FREQUENCY: Final = "frequency_hz"
-_DAMPING: Final = "damping_ratio"
-_PARTICIPATION: Final = "participation"
 _NORMAL, _COMPLEX = 2, 3  # analyses of data set 55 with modes
 
 REAL: Final = 0.8
 """Least share of a complex shape that is real in the phase of its modal A: consistent-mode
 indicators of 80 % and more are modes identified with high confidence (R. S. Pappa, K. B.
 Elliott and A. Schenk, J. Guidance, Control, Dynamics 16, 852-858, 1993) [-]."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class ModeTable:
-    """Modes of a file.
-
-    Attributes
-    ----------
-    places : tuple of str
-        Columns of the table, or nodes with their directions, such as ``12/z``.
-    frequencies : (n_modes,) array
-        0 of rigid-body modes [Hz].
-    shapes : (n_places, n_modes) array
-        Normalised for a unit mass of the file.
-    damping_ratios : (n_modes,) array, optional
-        None where the file has none [-].
-    participations : mapping of str to (n_modes,) array
-        In an acceleration of the base along ``x``, ``y`` or ``z``, or, of the empty string,
-        along the one direction there is [root of its unit of mass].
-    positions : mapping of str to (x, y, z)
-        Of places, where the file holds nodes with coordinates [m, or its unit of length].
-    states_length : bool
-        Whether positions are in metres; else the file does not say in what they are.
-    """
-
-    places: tuple[str, ...]
-    frequencies: FloatArray
-    shapes: FloatArray
-    damping_ratios: FloatArray | None = None
-    participations: Mapping[str, FloatArray] = field(default_factory=dict)
-    positions: Mapping[str, Place] = field(default_factory=dict)
-    states_length: bool = True
 
 
 def read_mode_file(path: Path) -> ModeTable:
@@ -93,12 +64,12 @@ def _read_table(path: Path) -> ModeTable:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ExchangeError(f"{path.name}: cannot be read as a table: {error}") from error
     header = [name.strip() for name in rows[0]] if rows else []
-    known = {_FREQUENCY, _DAMPING, _PARTICIPATION}
+    known = {FREQUENCY, DAMPING, PARTICIPATION}
     places = tuple(name for name in header if name not in known)
-    if _FREQUENCY not in header or not places or len(rows) < 2:
+    if FREQUENCY not in header or not places or len(rows) < 2:
         raise ExchangeError(
             f"{path.name}: expected a table with a row for each mode and the columns "
-            f"{_FREQUENCY}, {_DAMPING} and one for each point"
+            f"{FREQUENCY}, {DAMPING} and one for each point"
         )
     twice = next((name for name in header if header.count(name) > 1), None)
     if twice is not None:
@@ -107,10 +78,10 @@ def _read_table(path: Path) -> ModeTable:
     columns = dict(zip(header, values.T, strict=True))
     return ModeTable(
         places,
-        columns[_FREQUENCY],
+        columns[FREQUENCY],
         np.array([columns[name] for name in places]),
-        columns.get(_DAMPING),
-        {"": columns[_PARTICIPATION]} if _PARTICIPATION in columns else {},
+        columns.get(DAMPING),
+        {"": columns[PARTICIPATION]} if PARTICIPATION in columns else {},
     )
 
 
@@ -170,12 +141,14 @@ def _read_uff(path: Path) -> ModeTable:
     frequencies, damping, shapes = zip(
         *(of_kind(path, one, len(directions)) for one in sets), strict=True
     )
+    positions, units = _geometry(path, nodes, directions)
     return ModeTable(
         tuple(f"{node}/{axis}" for node in nodes for axis in directions),
         np.array(frequencies),
-        np.array(shapes).T,
+        np.array(shapes).T / np.sqrt(units.mass),
         np.array(damping),
-        positions=_positions(path, nodes, directions),
+        positions=positions,
+        units="SI" if units.said else "nothing",
     )
 
 
@@ -233,8 +206,12 @@ def _shape_55(one: Mapping[str, Any], count: int) -> ComplexArray:
     return np.array([one[f"r{i + 1}"] for i in range(count)], complex).T.ravel()
 
 
-def _positions(path: Path, nodes: Sequence[int], directions: Sequence[str]) -> dict[str, Place]:
-    """Return where places are [m], of nodes whose axes are those of the whole structure.
+def _geometry(
+    path: Path, nodes: Sequence[int], directions: Sequence[str]
+) -> tuple[dict[str, Place], Units]:
+    """Return where places are [m], and the units of the file.
+
+    Places are those of nodes whose axes are those of the whole structure.
 
     Raises
     ------
@@ -244,11 +221,13 @@ def _positions(path: Path, nodes: Sequence[int], directions: Sequence[str]) -> d
     content = path.read_bytes()
     try:
         found = list(data_sets(content))
-        wireframe, _ = wireframe_of(content, found, units_of(content, found))
+        units = units_of(content, found)
+        wireframe, _ = wireframe_of(content, found, units)
     except UffError as error:
         raise ExchangeError(f"{path.name}: {error}") from error
     known = [n for n in nodes if n in wireframe.nodes and n not in wireframe.axes]
-    return {f"{node}/{axis}": wireframe.nodes[node] for node in known for axis in directions}
+    places = {f"{node}/{axis}": wireframe.nodes[node] for node in known for axis in directions}
+    return places, units
 
 
 def _read_punch(path: Path) -> ModeTable:
@@ -256,9 +235,8 @@ def _read_punch(path: Path) -> ModeTable:
     found = read_modes(path)
     places = tuple(f"{point}/{axis}" for point in found.points for axis in COMPONENTS)
     frequencies = np.sqrt(np.maximum(found.eigenvalues, 0.0)) / (2.0 * np.pi)
-    return ModeTable(
-        places, frequencies, np.asarray(found.values.real).reshape(len(places), -1)
-    )
+    shapes = np.asarray(found.values.real).reshape(len(places), -1)
+    return ModeTable(places, frequencies, shapes, units="no units")
 
 
 def _of_calculix(read: Callable[[Path], CalculixModes]) -> Callable[[Path], ModeTable]:
@@ -278,7 +256,7 @@ def _of_calculix(read: Callable[[Path], CalculixModes]) -> Callable[[Path], Mode
                 if node in found.positions
                 for axis in directions
             },
-            states_length=False,
+            units="no units",
         )
 
     return reader

@@ -9,6 +9,7 @@ import numpy as np
 
 from shakerproc.data import Channel, ComplexArray, FloatArray, Recording, recording_of_arrays
 from shakerproc.errors import ExchangeError
+from shakerproc.exchange.mode_table import COMPONENTS
 from shakerproc.exchange.nastran_decks import forces_of_deck
 
 _QUANTITIES = {
@@ -19,7 +20,6 @@ _QUANTITIES = {
     "$ACCELERATIONS": ("acceleration", "m/s^2"),
     "$EIGENVECTOR": ("eigenvector", "1/sqrt(kg)"),
 }
-COMPONENTS = ("x", "y", "z", "about x", "about y", "about z")
 
 STRAY: Final = 1e-3
 """How far a time may stray from its place, in steps: punch holds seven digits."""

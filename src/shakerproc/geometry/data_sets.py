@@ -15,7 +15,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc import files
-from shakerproc.data import ComplexArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.geometry.wireframe import Wireframe
 
 _MARK: Final = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
@@ -31,7 +31,8 @@ LONGEST_LINE: Final = 250
 """Nodes of a trace line at most, by the format."""
 
 _TRIANGLE, _QUADRANGLE = 91, 94  # thin shells, linear
-_COMPLEX_MODE, _TRANSLATIONS, _COMPLEX = 3, 2, 5
+_NORMAL_MODE, _COMPLEX_MODE, _TRANSLATIONS, _WITH_ROTATIONS = 2, 3, 2, 3
+_REAL, _COMPLEX, _LENGTH = 2, 5, 8
 _GREEN: Final = 8
 
 
@@ -198,6 +199,30 @@ class NodalShape:
     quantity: int
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class NormalMode:
+    """A real mode at the nodes of a structure, for a data set 55.
+
+    Attributes
+    ----------
+    number : int
+        Of the mode, from 1.
+    frequency, damping_ratio : float
+        [Hz] and [-].
+    nodes : sequence of int
+        Numbers of the nodes.
+    values : (n_nodes, 3) or (n_nodes, 6) array
+        Along x, y and z, and about them, for a unit modal mass [1/sqrt(kg)].
+    """
+
+    number: int
+    frequency: float
+    damping_ratio: float
+    nodes: Sequence[int]
+    values: FloatArray
+
+
 def data_set(kind: int, lines: Iterable[str]) -> str:
     """Return a data set between its marks."""
     return "\n".join([f"{MARK}{kind:6d}", *lines, MARK])
@@ -299,7 +324,26 @@ def shape(one: NodalShape) -> str:
         "".join(f"{value:10d}" for value in (2, 6, 1, one.number)),
         "".join(f"{part:13.5E}" for value in scales for part in (value.real, value.imag)),
     ]
-    for node, values in zip(one.nodes, one.values, strict=True):
-        lines.append(f"{node:10d}")
-        lines.append("".join(f"{p:13.5E}" for v in values for p in (v.real, v.imag)))
-    return data_set(55, lines)
+    rows = np.stack([one.values.real, one.values.imag], axis=-1).reshape(len(one.nodes), -1)
+    return data_set(55, [*lines, *_nodal(one.nodes, rows)])
+
+
+def normal_mode(one: NormalMode, title: str) -> str:
+    """Return a data set 55: a real mode of unit modal mass."""
+    columns = one.values.shape[1]
+    kind = _TRANSLATIONS if columns == 3 else _WITH_ROTATIONS
+    texts = (title, f"mode {one.number}", f"{one.frequency:.7g} Hz", "unit modal mass", "")
+    lines = [
+        *map(text_line, texts),
+        "".join(f"{value:10d}" for value in (1, _NORMAL_MODE, kind, _LENGTH, _REAL, columns)),
+        "".join(f"{value:10d}" for value in (2, 4, 1, one.number)),
+        "".join(f"{value:13.5E}" for value in (one.frequency, 1.0, one.damping_ratio, 0.0)),
+    ]
+    return data_set(55, [*lines, *_nodal(one.nodes, one.values)])
+
+
+def _nodal(nodes: Sequence[int], rows: FloatArray) -> Iterator[str]:
+    """Yield two lines for each node: its number, and what belongs to it."""
+    for node, row in zip(nodes, rows.tolist(), strict=True):
+        yield f"{node:10d}"
+        yield "".join(f"{value:13.5E}" for value in row)

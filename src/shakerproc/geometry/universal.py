@@ -45,6 +45,11 @@ class Units:
     force: float = 1.0
     said: bool = False
 
+    @property
+    def mass(self) -> float:
+        """Unit of mass: that which a unit of force gives a unit of acceleration [kg]."""
+        return self.length / self.force
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,16 +10,12 @@ from pydantic import Field
 
 from shakerproc.data import FloatArray
 from shakerproc.documents import Document, FromList, Section, read_document
-from shakerproc.exchange.mode_files import READERS, ModeTable, read_mode_file
+from shakerproc.exchange.mode_files import READERS, read_mode_file
+from shakerproc.exchange.mode_table import ModeTable
 from shakerproc.geometry import Place
+from shakerproc.model_files.mode_tables import modes_of, seen_at
 from shakerproc.models.model import BASE, Excitation, Measures
-from shakerproc.models.structure import (
-    Structure,
-    StructureMode,
-    base_participations,
-    check_mass,
-    seen_rigid_modes,
-)
+from shakerproc.models.structure import Structure, StructureMode, check_mass
 from shakerproc.units import in_unit, quoted, to_si
 
 _Metre = Annotated[float, in_unit("m")]
@@ -91,7 +87,7 @@ class StructureSchema(Section):
         default_factory=dict
     )
     mass: Annotated[float | None, in_unit("kg", positive=True)] = None
-    mass_unit: str = "kg"
+    mass_unit: str | None = None
     length_unit: str | None = None
 
 
@@ -288,23 +284,15 @@ def _modes_of_file(
         raise document.error((*where, "modes"), "expected modes or modes_from, got both")
     named, here = str(said.modes_from), (*where, "modes_from")
     table = read_mode_file(_path_below(document, here, named, tuple(READERS)))
-    points = said.points or tuple(said.nodes) or table.places
-    rows, places, positions = [], [], dict(said.positions)
-    known = _in_metres(document, where, said, table)
-    row_of = {place: row for row, place in enumerate(table.places)}
-    for point in points:
-        place = "/".join(said.nodes.get(point, point).split(maxsplit=1))
-        place = point if point in row_of and point not in said.nodes else place
-        if place not in row_of:
-            key = "nodes" if point in said.nodes else "points"
-            some = ", ".join(table.places[:6]) + (" ..." if len(table.places) > 6 else "")
-            raise document.error(
-                (*where, key), f"{named} has no place {quoted(place)}; it has {some}"
-            )
-        places.append(place)
-        rows.append(table.shapes[row_of[place]])
-        if place in known and point.rpartition("/")[0] not in said.positions:
-            positions.setdefault(point, known[place])
+    if table.units == "SI" and said.mass_unit is not None:
+        raise document.error(
+            (*where, "mass_unit"), f"{named} states units itself; leave it out"
+        )
+    table = table.in_si(root**2, _length_unit(document, where, said, table))
+    points = {
+        point: _place_of(document, where, said, table, point)
+        for point in said.points or tuple(said.nodes) or table.places
+    }
     damping = table.damping_ratios
     if said.damping_ratio is not None:
         damping = np.full(table.frequencies.size, said.damping_ratio)
@@ -312,47 +300,47 @@ def _modes_of_file(
         raise document.error(
             here, f"{named} holds no damping; state damping_ratio: 0.01, say, of all modes"
         )
-    turn = seen_rigid_modes(np.array(rows), table.frequencies == 0.0)
-    shapes = (np.array(rows) @ turn).T / root
-    moving = [i for i, shape in enumerate(shapes) if np.any(shape)]
-    shares = _participations_of(table, _axis_of(said, places))
-    shares = None if shares is None else shares * root
-    turned = None if shares is None else shares @ turn
-    found = tuple(
-        StructureMode(
-            float(table.frequencies[i]),
-            float(damping[i]) if table.frequencies[i] else 0.0,
-            tuple(shapes[i]),
-            None if turned is None else float(turned[i]),
-        )
-        for i in moving
-    )
-    return points, found, positions, shares
+    axis = said.direction or _one_axis(points.values())
+    found = seen_at(table, points, {axis})
+    modes, shares = modes_of(found, damping, axis)
+    known = {p: place for p, place in found.positions.items() if _unsaid(said, p)}
+    return tuple(points), modes, known | said.positions, shares
 
 
-def _axis_of(said: StructureSchema, places: Sequence[str]) -> str:
-    """Return the direction in which the base moves; empty where it is not one of the file."""
-    axes = {said.direction} if said.direction else {p.rpartition("/")[2] for p in places}
-    return axes.pop() or "" if len(axes) == 1 else ""
+def _place_of(
+    document: Document[Any], where: Where, said: StructureSchema, table: ModeTable, point: str
+) -> str:
+    """Return the place of a table where a point stands.
 
-
-def _participations_of(table: ModeTable, axis: str) -> FloatArray | None:
-    """Return the participations along a direction of the base; None where its points say.
-
-    As the file states them; else by all of its places, of which the points of a model are few:
-    two tell no motion without a tilt from one with it.
+    Raises
+    ------
+    DocumentError
+        If there is none.
     """
-    stated = table.participations.get(axis, table.participations.get(""))
-    wanted = np.array([float(place.endswith(f"/{axis}")) for place in table.places])
-    if stated is not None or not axis or not wanted.any():
-        return stated
-    return base_participations(table.shapes, table.frequencies == 0.0, wanted)
+    if point not in said.nodes and point in table.row_of:
+        return point
+    place = "/".join(said.nodes.get(point, point).split(maxsplit=1))
+    if place not in table.row_of:
+        key = "nodes" if point in said.nodes else "points"
+        raise document.error((*where, key), f"{said.modes_from} {table.no_place(place)}")
+    return place
 
 
-def _in_metres(
+def _one_axis(places: Iterable[str]) -> str:
+    """Return the direction in which all places are seen; empty where they have several."""
+    axes = {place.rpartition("/")[2] for place in places}
+    return axes.pop() if len(axes) == 1 else ""
+
+
+def _unsaid(said: StructureSchema, point: str) -> bool:
+    """Return whether a file does not say where a point is, with or without direction."""
+    return not {point, point.rpartition("/")[0]} & {*said.positions}
+
+
+def _length_unit(
     document: Document[Any], where: Where, said: StructureSchema, table: ModeTable
-) -> Mapping[str, Place]:
-    """Return where the places of a file are [m]; nothing where nobody says its unit.
+) -> float | None:
+    """Return the unit of length of a file [m]; None where nobody says it.
 
     Raises
     ------
@@ -360,23 +348,20 @@ def _in_metres(
         If a unit is stated that is none of a length, or that the file states itself.
     """
     if said.length_unit is None:
-        return table.positions if table.states_length else {}
+        return None if table.units == "no units" else 1.0
     here = (*where, "length_unit")
-    if table.states_length:
+    if table.units == "SI":
         raise document.error(here, f"{said.modes_from} states units itself; leave it out")
     try:
-        unit = to_si(f"1 {said.length_unit}", "m")
+        return to_si(f"1 {said.length_unit}", "m")
     except ValueError as error:
         raise document.error(here, str(error)) from error
-    return {
-        place: (unit * x, unit * y, unit * z) for place, (x, y, z) in table.positions.items()
-    }
 
 
-def _root_of_unit(document: Document[Any], where: Where, unit: str) -> float:
+def _root_of_unit(document: Document[Any], where: Where, unit: str | None) -> float:
     """Return the root of the unit of mass for which shapes are normalised [sqrt(kg)]."""
     try:
-        return float(to_si(f"1 {unit}", "kg") ** 0.5)
+        return float(to_si(f"1 {unit or 'kg'}", "kg") ** 0.5)
     except ValueError as error:
         raise document.error((*where, "mass_unit"), str(error)) from error
 

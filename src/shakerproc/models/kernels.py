@@ -125,22 +125,54 @@ def _bouc_wen_slope(
 
 
 @compiled
-def series_along(displacement: FloatArray, step: float, values: FloatArray) -> FloatArray:
+def series_along(
+    displacement: FloatArray, velocity: FloatArray, step: float, values: FloatArray
+) -> FloatArray:
     """Return the force through play, spring, slider and damper in series [N].
 
-    Exact for a motion that is linear between its samples. `values` are those of `Law.SERIES`.
+    Exact for a velocity that is linear between its samples, but in steps in which contact or
+    slip begins or ends: there for a displacement that is. `values` are those of `Law.SERIES`.
     """
     force = np.empty_like(displacement)
+    rate = values[0] * values[4]
     reach, previous = 0.0, displacement[0]  # extension of play and spring
     for i in range(displacement.size):
-        velocity = (displacement[i] - previous) / step
-        if velocity != 0.0 or values[4] != 0.0:
-            reach = _series_after(reach, velocity, step, values)
+        mean = (displacement[i] - previous) / step
+        if mean != 0.0 or values[4] != 0.0:
+            before, reach = reach, _series_after(reach, mean, step, values)
+            if i > 0 and rate > 0.0 and _stays_closed(before, reach, values):
+                change = (velocity[i] - velocity[i - 1]) / step
+                reach += change * step * step * _ramp(rate * step)
         side = 1.0 if reach >= 0.0 else -1.0
         play = values[1] if side > 0.0 else values[2]
         force[i] = side * values[0] * max(side * reach - play, 0.0)
         previous = displacement[i]
     return force
+
+
+@compiled
+def _stays_closed(before: float, after: float, values: FloatArray) -> bool:
+    """Return whether contact without slip at both ends of a step is the same one."""
+    if values[1] + values[2] > 0.0 and (before > 0.0) != (after > 0.0):
+        return False
+    limit = values[3] / values[0]
+    for reach in (before, after):
+        beyond = reach - values[1] if reach > 0.0 else -reach - values[2]
+        if not 0.0 <= beyond < limit:
+            return False
+    return True
+
+
+@compiled
+def _ramp(x: float) -> float:
+    r"""Return what a velocity that rises evenly about its mean adds to a relaxing extension.
+
+    .. math:: \int_0^1 e^{-x (1 - s)} (s - \tfrac12) \, ds
+        = \frac{1 + e^{-x}}{2 x} - \frac{1 - e^{-x}}{x^2}
+    """
+    if x < 1e-3:
+        return x / 12.0
+    return (1.0 + np.exp(-x)) / (2.0 * x) + np.expm1(-x) / (x * x)
 
 
 @compiled

@@ -11,6 +11,7 @@ from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_CLIPPED, health, unusable, within
 from shakerproc.recordings import Flag as HealthFlag
 from shakerproc.runs import levels
+from shakerproc.runs.control_drops import control_drops, drop_sentence
 from shakerproc.runs.levels import BEYOND_ALARM, control_text
 from shakerproc.runs.result import BoolArray, RunFlag, RunResult
 from shakerproc.runs.summary import ControlSummary
@@ -96,6 +97,14 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         RunFlag("sweep rate", result.channels[reading.channel].name, text)
         for reading in result.swept
         if (text := too_fast(reading, in_octaves=result.test.rate_hz_per_s is None))
+    ]
+    found += [
+        RunFlag(
+            "control at resonance",
+            result.channels[drop.channel].name,
+            drop_sentence(drop, result),
+        )
+        for drop in control_drops(result)
     ]
     found += [RunFlag(one.kind, "", text) for one in result.analyses for text in one.problems]
     known = {flag.kind for flag in seen}

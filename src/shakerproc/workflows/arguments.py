@@ -330,3 +330,20 @@ def quiet_cluster() -> None:
     except ImportError:
         return  # the executor will say so
     dask.config.set({"logging": {"distributed": "critical", "distributed.client": "critical"}})
+
+
+def pairs(at: Iterable[str]) -> dict[str, str]:
+    """Return the places of names, of ``NAME=PLACE``.
+
+    Raises
+    ------
+    ArgumentError
+        If one is no pair of names.
+    """
+    found = {}
+    for one in at:
+        name, _, place = one.partition("=")
+        if not name.strip() or not place.strip():
+            raise ArgumentError("at", f"expected NAME=PLACE, got {one!r}")
+        found[name.strip()] = place.strip()
+    return found

@@ -1,6 +1,6 @@
 """A model compared with tests of a log or with response functions: `shakerproc compare`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
@@ -34,7 +34,7 @@ from shakerproc.recordings.response_functions import read_functions
 from shakerproc.report.evidence.functions import function_report
 from shakerproc.report.page.page import write_report
 from shakerproc.testlog import Modal, TestLog
-from shakerproc.workflows.arguments import choice_of, log_of, model_of, switch_of
+from shakerproc.workflows.arguments import choice_of, log_of, model_of, pairs, switch_of
 from shakerproc.workflows.evidence import check_same
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
@@ -464,14 +464,4 @@ def compare_file(model: Model, path: Path, at: Sequence[str] = ()) -> ComparedFi
         If one of `at` is no pair of names.
     """
     measured = read_functions(path)
-    return ComparedFile(compare_functions(model, measured, _pairs(at), Modal()), path)
-
-
-def _pairs(at: Sequence[str]) -> Mapping[str, str]:
-    found = {}
-    for one in at:
-        name, _, place = one.partition("=")
-        if not name.strip() or not place.strip():
-            raise ArgumentError("at", f"expected NAME=PLACE, got {one!r}")
-        found[name.strip()] = place.strip()
-    return found
+    return ComparedFile(compare_functions(model, measured, pairs(at), Modal()), path)

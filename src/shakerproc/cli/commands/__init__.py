@@ -33,6 +33,7 @@ TRENDS: Final = "Trends"
 EVIDENCE: Final = "Further evidence"
 MACHINES: Final = "Where it runs"
 RESULTS: Final = "Results"
+MODES: Final = "Modes"
 """Groups of options; an option without one stands first, under Options."""
 
 GROUPS: Final[Mapping[str, Sequence[str]]] = {

@@ -76,7 +76,8 @@ class Series(AbstractEffect):
         from shakerproc.models.kernels import series_along  # loads the compiler: late
 
         chain = _chain(self.elements)
-        return series_along(displacement, 1.0 / sample_rate, np.array(chain.values()))
+        values = np.array(chain.values())
+        return series_along(displacement, velocity, 1.0 / sample_rate, values)
 
     def rows(self) -> tuple[Row, ...]:
         return _chain(self.elements).rows()

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
@@ -71,6 +71,10 @@ class LawBalance:
     force: FloatArray
     jacobian: FloatArray
     by_omega: FloatArray | None = None
+
+
+_PERIODIC: Final = 1e-9
+"""Difference of two rounds of a force that repeats itself, over its largest value [-]."""
 
 
 class AbstractLaw(ABC):
@@ -340,9 +344,17 @@ class ContactDampingLaw(AbstractLaw):
 @final
 @dataclass(frozen=True, eq=False)
 class HystereticLaw(AbstractLaw):
-    """A force with a memory, followed twice around the period from rest at displacement 0.
+    r"""A force with a memory, followed around the period from rest at displacement 0.
 
-    Its derivative is taken by differences, one for each coefficient.
+    Two rounds are enough where both end with the same force. Else what the start has left fades
+    by the same factor in every round, and that is summed up:
+
+    .. math:: F = F_n + \frac{\lambda}{1 - \lambda} d_n, \quad d_n = F_n - F_{n-1}, \quad
+        \lambda = \frac{d_n \cdot d_{n-1}}{d_{n-1} \cdot d_{n-1}}
+
+    exact of a relaxation, such as that of a Maxwell element; of other laws after as many rounds
+    as two such sums need to agree. The derivative is taken by differences, one for each
+    coefficient.
 
     Attributes
     ----------
@@ -350,13 +362,10 @@ class HystereticLaw(AbstractLaw):
         Displacements [m], velocities [m/s] and samples per second [Hz] to forces [N].
     stiffness : float
         Stiffness before slip, to begin a search from [N/m].
-    rounds : int
-        Periods after which the memory is taken as periodic.
     """
 
     force_along: Callable[[FloatArray, FloatArray, float], FloatArray]
     stiffness: float
-    rounds: int = 2
 
     def balance(self, motion: HarmonicMotion) -> LawBalance:
         real = fourier.real_of_complex(motion.coefficients, motion.harmonics)
@@ -367,11 +376,12 @@ class HystereticLaw(AbstractLaw):
         numbers = np.repeat(motion.harmonics, np.where(motion.harmonics == 0, 1, 2))
         steps = 1e-6 * size / np.maximum(1.0, numbers)
         moved = np.vstack([base, base + (table * steps).T])
-        forces = np.array([self._around(row, motion.omega) for row in moved])
+        rounds = self._rounds(base, motion.omega)
+        forces = np.array([self._around(row, motion.omega, rounds) for row in moved])
         spectra = fourier.coefficients_of_values(forces, motion.harmonics)
         found = np.array([fourier.real_of_complex(row, motion.harmonics) for row in spectra])
         jacobian = np.ascontiguousarray((found[1:] - found[0]).T / steps)
-        return LawBalance(found[0], jacobian, self._by_omega(base, motion, found[0]))
+        return LawBalance(found[0], jacobian, self._by_omega(base, motion, found[0], rounds))
 
     def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         return np.empty(0), np.empty(0)
@@ -402,22 +412,54 @@ class HystereticLaw(AbstractLaw):
         """Return how many samples one period takes."""
         return max(512, 16 * int(motion.harmonics[-1]))
 
-    def _around(self, samples: FloatArray, omega: float) -> FloatArray:
-        """Return the force over one period of (2 n_samples,) displacements and slopes [N]."""
+    def _rounds(self, samples: FloatArray, omega: float) -> int:
+        """Return after how many rounds of (2 n_samples,) samples the force is periodic."""
+        loops = self._loops(samples, omega, 2)
+        close = _PERIODIC * float(np.max(np.abs(loops)))
+        if abs(loops[1, -1] - loops[0, -1]) <= close:
+            return 2
+        for rounds in (4, 8, 16, 32):
+            loops = self._loops(samples, omega, rounds)
+            if np.max(np.abs(_periodic(loops) - _periodic(loops[:-1]))) <= close:
+                return rounds
+        return 64
+
+    def _loops(self, samples: FloatArray, omega: float, rounds: int) -> FloatArray:
+        """Return the force of each round, (rounds, n_samples) array [N]."""
         displacement, slope = np.split(samples, 2)
         ramp = displacement[0] * np.linspace(0.0, 1.0, 9)[:-1]
         rate = displacement.size * omega / (2.0 * np.pi)
-        along = np.concatenate([ramp, *[displacement] * self.rounds])
-        velocity = np.concatenate([0.0 * ramp, *[omega * slope] * self.rounds])
-        return self.force_along(along, velocity, rate)[-displacement.size :]
+        along = np.concatenate([ramp, *[displacement] * rounds])
+        velocity = np.concatenate([0.0 * ramp, *[omega * slope] * rounds])
+        return self.force_along(along, velocity, rate)[ramp.size :].reshape(rounds, -1)
+
+    def _around(self, samples: FloatArray, omega: float, rounds: int) -> FloatArray:
+        """Return the force over one period of (2 n_samples,) displacements and slopes [N]."""
+        return _periodic(self._loops(samples, omega, rounds))
 
     def _by_omega(
-        self, samples: FloatArray, motion: HarmonicMotion, force: FloatArray
+        self, samples: FloatArray, motion: HarmonicMotion, force: FloatArray, rounds: int
     ) -> FloatArray | None:
         """Return how the force depends on the pace, by a difference; None where it does not."""
         step = 1e-6 * motion.omega
         faster = fourier.coefficients_of_values(
-            self._around(samples, motion.omega + step), motion.harmonics
+            self._around(samples, motion.omega + step, rounds), motion.harmonics
         )
         change = fourier.real_of_complex(faster, motion.harmonics) - force
         return change / step if np.any(change) else None
+
+
+def _periodic(loops: FloatArray) -> FloatArray:
+    """Return the force of a round after all others, by the last three [N]; see `HystereticLaw`.
+
+    The last where there are two, or where what is left does not fade.
+    """
+    last: FloatArray = loops[-1]
+    if len(loops) < 3:
+        return last
+    before, after = loops[-2] - loops[-3], last - loops[-2]
+    size = float(before @ before)
+    fading = float(after @ before) / size if size > 0.0 else 1.0
+    if abs(fading) < 1.0:
+        last = last + after * fading / (1.0 - fading)
+    return last

@@ -348,9 +348,7 @@ def _smooth(element: Element) -> AbstractLaw:
 def _hysteretic(element: Element) -> AbstractLaw:
     (row,) = element.effect.rows()
     stiffness = row.values[3] if row.law == Law.LUGRE else row.values[0]
-    return HystereticLaw(
-        element.effect.force_along, stiffness, 3 if row.law == Law.LUGRE else 2
-    )
+    return HystereticLaw(element.effect.force_along, stiffness)
 
 
 LAWS: Final[Mapping[frozenset[Law], Callable[[Element], AbstractLaw]]] = MappingProxyType({

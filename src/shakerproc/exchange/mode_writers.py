@@ -1,0 +1,232 @@
+"""Files with modes for other programs: a table, UFF data set 55, Nastran punch, CalculiX."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final, final
+
+import numpy as np
+
+from shakerproc import files
+from shakerproc.data import FloatArray
+from shakerproc.errors import ExchangeError
+from shakerproc.exchange.mode_table import (
+    COMPONENTS,
+    DAMPING,
+    FREQUENCY,
+    PARTICIPATION,
+    ModeTable,
+    split_place,
+)
+from shakerproc.geometry import Place, Wireframe, data_sets
+from shakerproc.geometry.data_sets import NormalMode
+
+_LISTED: Final = 6
+"""Nodes that were numbered, in a sentence."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Nodes:
+    """Modes by nodes, each with three translations and three rotations.
+
+    Attributes
+    ----------
+    numbers : tuple of int
+        Those of the places; names are numbered behind them.
+    motion : (n_modes, n_nodes, 6) array
+        0 along what is not seen [1/sqrt(kg)].
+    positions : mapping of int to (x, y, z)
+        As far as they are known [m].
+    notes : tuple of str
+        Which names have which numbers, and what is taken along z.
+    """
+
+    numbers: tuple[int, ...]
+    motion: FloatArray
+    positions: Mapping[int, Place]
+    notes: tuple[str, ...]
+
+
+def write_mode_file(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
+    """Write modes by the ending of a file; return what it does not hold, a sentence each.
+
+    `table` is in SI, and so is the file.
+
+    Raises
+    ------
+    ExchangeError
+        If its format cannot hold the modes.
+    """
+    return WRITERS[path.suffix.lower()](path, table, title)
+
+
+def _write_table(path: Path, table: ModeTable, _: str) -> tuple[str, ...]:
+    """Write a table with a row for each mode and a column for each place.
+
+    Raises
+    ------
+    ExchangeError
+        If a place has the name of another column.
+    """
+    taken = {FREQUENCY, DAMPING, PARTICIPATION} & {*table.places}
+    if taken:
+        raise ExchangeError(f"{path.name}: a place is called {taken.pop()}; rename it")
+    columns: dict[str, FloatArray] = {FREQUENCY: table.frequencies}
+    if table.damping_ratios is not None:
+        columns[DAMPING] = table.damping_ratios
+    one = len(({*table.participations} | table.axes) - {""}) <= 1
+    for share in table.participations.values() if one else ():
+        columns[PARTICIPATION] = share
+    files.write_csv(path, {**columns, **dict(zip(table.places, table.shapes, strict=True))})
+    lost = [] if one or not table.participations else ["participations in several directions"]
+    return _without([*lost, *["positions"] * bool(table.positions)])
+
+
+def _write_universal(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
+    """Write data sets 151, 164, 2411 and 55, normal modes of unit modal mass."""
+    nodes = _nodes_of(table)
+    turning = np.any(nodes.motion[..., 3:])
+    zero = np.zeros(table.frequencies.size)
+    damping = zero if table.damping_ratios is None else table.damping_ratios
+    with files.atomic_path(path) as temporary, temporary.open("w", encoding="ascii") as file:
+        file.write(data_sets.header(title, "modes", "shakerproc"))
+        file.write(data_sets.geometry(Wireframe(nodes.positions)))
+        modes = zip(table.frequencies, damping, nodes.motion, strict=True)
+        for number, (frequency, ratio, motion) in enumerate(modes, 1):
+            mode = NormalMode(
+                number, float(frequency), float(ratio), nodes.numbers,
+                motion if turning else motion[:, :3],
+            )  # fmt: skip
+            file.write(data_sets.normal_mode(mode, title))
+    undamped = ["damping (0 is written)"] * (table.damping_ratios is None)
+    return nodes.notes + _without(["participations"] * bool(table.participations) + undamped)
+
+
+def _write_punch(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
+    """Write eigenvectors as VECTOR(PUNCH,SORT1,REAL)=ALL does."""
+    nodes = _nodes_of(table)
+    lines: list[str] = []
+    for number, motion in enumerate(nodes.motion, 1):
+        square = (2.0 * np.pi * table.frequencies[number - 1]) ** 2
+        lines += [
+            f"$TITLE   = {files.printable(title)}"[:72], "$SUBTITLE=", "$LABEL   =",
+            "$EIGENVECTOR", "$REAL OUTPUT", f"$SUBCASE ID = {1:11d}",
+            f"$EIGENVALUE = {square:14.7E}  MODE = {number:5d}",
+        ]  # fmt: skip
+        for node, row in zip(nodes.numbers, motion.tolist(), strict=True):
+            lines.append(f"{node:10d}       G" + "".join(f"{v:18.6E}" for v in row[:3]))
+            lines.append(f"{'-CONT-':18s}" + "".join(f"{v:18.6E}" for v in row[3:]))
+    numbered = (f"{line:<72}{i % 10**8:8d}\n" for i, line in enumerate(lines, 1))
+    files.write_text(path, "".join(numbered))
+    return nodes.notes + _without([
+        *["positions"] * bool(table.positions),
+        *["damping"] * (table.damping_ratios is not None),
+        *["participations"] * bool(table.participations),
+        "units (kg)",
+    ])  # fmt: skip
+
+
+def _write_frd(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
+    """Write nodes and displacements of modes as a result file of CalculiX 2.20, as text."""
+    nodes = _nodes_of(table)
+    here = [number for number in nodes.numbers if number in nodes.positions]
+    places = np.array([nodes.positions[number] for number in here]).reshape(-1, 3)
+    parts = [
+        "    1C\n",
+        f"    1UUSER {files.printable(title)[:60]}\n    1UPGM               shakerproc\n",
+        f"    2C{len(here):30d}{1:38d}\n{_rows(here, places)}",
+    ]
+    for number, motion in enumerate(nodes.motion, 1):
+        frequency, count = table.frequencies[number - 1], len(nodes.numbers)
+        parts += [
+            f"    1PSTEP{number:26d}{1:12d}{1:12d}          \n    1PMODE{number:26d}\n",
+            f"  100CL{100 + number:5d}{_hertz(frequency)}{count:12d}{'':20s} 2{number:5d}MODAL"
+            f"      1\n -4  DISP        4    1\n",
+            *(f" -5  D{i}          1    2    {i}    0\n" for i in (1, 2, 3)),
+            " -5  ALL         1    2    0    0    1ALL\n",
+            _rows(nodes.numbers, motion[:, :3]),
+        ]
+    files.write_text(path, "".join(parts) + " 9999\n")
+    unplaced = len(nodes.numbers) - len(here)
+    return nodes.notes + _without([
+        *[f"positions of {unplaced} nodes"] * bool(unplaced),
+        *["rotations"] * bool(np.any(nodes.motion[..., 3:])),
+        *["damping"] * (table.damping_ratios is not None),
+        *["participations"] * bool(table.participations),
+        "elements", "units (kg, m)",
+    ])  # fmt: skip
+
+
+def _hertz(frequency: float) -> str:
+    """Return a frequency as CalculiX prints it: ten digits from 1 Hz on [Hz]."""
+    return f"{frequency:#12.10g}" if 1.0 <= frequency < 1e9 else f"{frequency:12.5E}"
+
+
+def _rows(numbers: Sequence[int], values: FloatArray) -> str:
+    """Return three numbers of each node in columns, closed."""
+    each = zip(numbers, values.tolist(), strict=True)
+    return (
+        "".join(f" -1{n:10d}{x:12.5E}{y:12.5E}{z:12.5E}\n" for n, (x, y, z) in each) + " -3\n"
+    )
+
+
+def _nodes_of(table: ModeTable) -> _Nodes:
+    """Return modes by nodes: a name that is no number gets one behind the others."""
+    parts = [split_place(place) for place in table.places]
+    names = list(dict.fromkeys(name for name, _ in parts))
+    numbers = {name: int(name) for name in names if name == str(_whole(name))}
+    named = [name for name in names if name not in numbers]
+    first = max(numbers.values(), default=0) + 1
+    numbers |= {name: number for number, name in enumerate(named, first)}
+    row_of = {name: row for row, name in enumerate(names)}
+    motion = np.zeros((table.frequencies.size, len(names), len(COMPONENTS)))
+    for (name, axis), shape in zip(parts, table.shapes, strict=True):
+        turned = -1.0 if axis.startswith("-") else 1.0
+        column = COMPONENTS.index(axis.removeprefix("-") or "z")
+        motion[:, row_of[name], column] = turned * shape
+    positions = {
+        numbers[name]: table.positions[place]
+        for place, (name, _) in zip(table.places, parts, strict=True)
+        if place in table.positions
+    }
+    return _Nodes(
+        tuple(numbers[name] for name in names), motion, positions,
+        _numbered_text(named, numbers) + _along_z_text(parts),
+    )  # fmt: skip
+
+
+def _whole(text: str) -> int:
+    """Return a number of a node; 0 of a text that is none."""
+    return int(text) if text.isascii() and text.isdigit() else 0
+
+
+def _numbered_text(named: Sequence[str], numbers: Mapping[str, int]) -> tuple[str, ...]:
+    if not named:
+        return ()
+    some = ", ".join(f"{name}: {numbers[name]}" for name in named[:_LISTED])
+    more = f" and {len(named) - _LISTED} more, one after the other" * (len(named) > _LISTED)
+    return (f"nodes have numbers in this format: {some}{more}",)
+
+
+def _along_z_text(parts: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    count = sum(not axis for _, axis in parts)
+    return (f"{count} places without direction are written along z",) * bool(count)
+
+
+def _without(lost: Sequence[str]) -> tuple[str, ...]:
+    """Return the sentence on what a format does not hold."""
+    return (f"the format does not hold {', '.join(lost)}",) if lost else ()
+
+
+WRITERS: Final[Mapping[str, Callable[[Path, ModeTable, str], tuple[str, ...]]]] = (
+    MappingProxyType({
+        ".csv": _write_table,
+        ".uff": _write_universal,
+        ".unv": _write_universal,
+        ".pch": _write_punch,
+        ".frd": _write_frd,
+    })
+)
+"""Writers of files with modes, by their endings."""
