@@ -28,7 +28,12 @@ from shakerproc.diagnosis.selection.choice import (
     wants_more,
 )
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
-from shakerproc.diagnosis.selection.scores import Score, is_better, ranked, simplest_alike
+from shakerproc.diagnosis.selection.scores import (
+    Score,
+    best_of_each,
+    is_better,
+    simplest_alike,
+)
 from shakerproc.diagnosis.simpler_laws import simpler_laws
 
 MOST: Final = 8
@@ -59,14 +64,6 @@ def with_all(
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
     return found.with_effects(best_of_each(scores))
-
-
-def best_of_each(scores: Sequence[Score]) -> list[Score]:
-    """Return the best score of each hypothesis."""
-    best: dict[frozenset[tuple[str, Joint]], Score] = {}
-    for score in ranked(scores):
-        best.setdefault(score.fit.hypothesis.names, score)
-    return list(best.values())
 
 
 def _raced(campaign: Campaign, known: Known, say: Callable[[str], None]) -> list[Fit]:

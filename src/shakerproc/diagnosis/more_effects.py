@@ -23,7 +23,13 @@ from shakerproc.diagnosis.hypotheses.hypothesis import (
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.screening import free_laws, with_limits
 from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
-from shakerproc.diagnosis.selection.scores import LEAST, Score, contains, ranked, simplest_alike
+from shakerproc.diagnosis.selection.scores import (
+    LEAST,
+    Score,
+    best_of_each,
+    contains,
+    simplest_alike,
+)
 from shakerproc.diagnosis.simpler_laws import simpler_laws
 from shakerproc.simulation import has_jumps
 
@@ -149,7 +155,11 @@ def _judged(
     else:
         scores = along(campaign, pairs, forms[-2:], beside=found.best.fit)
     scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
-    return replace(found, effects=tuple(ranked([*found.effects, *scores]))), campaign, forms
+    return (
+        replace(found, effects=tuple(best_of_each([*found.effects, *scores]))),
+        campaign,
+        forms,
+    )
 
 
 def _unlike(found: Found, singles: Sequence[Fit], known: Known) -> list[Fit]:

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
-from shakerproc.diagnosis.beside import best_of_each
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived
 from shakerproc.diagnosis.estimation.least_squares import Fit
@@ -12,7 +11,13 @@ from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.richer_laws import richer_laws
 from shakerproc.diagnosis.horizon import along, compared, scored_at
 from shakerproc.diagnosis.more_effects import parts_of
-from shakerproc.diagnosis.selection.scores import Score, best_of, leaves_something, ranked
+from shakerproc.diagnosis.selection.scores import (
+    Score,
+    best_of,
+    best_of_each,
+    leaves_something,
+    ranked,
+)
 from shakerproc.diagnosis.simpler_laws import simpler_laws
 
 

@@ -1,5 +1,6 @@
-"""The simpler laws that a fitted one contains, begun where it ended."""
+"""The simpler hypotheses that a fitted one contains, begun where it ended."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,18 +12,18 @@ from shakerproc.diagnosis.estimation.form import ROUNDS
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
-from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.selection.scores import FAR, as_fitted, gain
 from shakerproc.models.identification import Contained, Identification, Values
 from shakerproc.simulation import largest_states
 
 
 def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
-    """Return a fit with each law that is a limit of one of its effects in the place of that.
+    """Return a fit with each law that an effect contains in its place, and without one of two.
 
     The richer law may have been fitted alone, or have reached a least value that the simpler
-    one missed: that begins with the numbers whose richer law is nearest. One that is far behind
-    after a few steps is left out.
+    one missed: that begins with the numbers whose richer law is nearest, and those that it
+    contains with its own. One that is far behind after a few steps is left out.
 
     Parameters
     ----------
@@ -33,23 +34,43 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
     known : mapping of joint to mapping of str to Identification
         Laws that may be missing.
     """
+    waiting, fits = [found], dict[frozenset[tuple[str, Joint]], Fit]()
+    tried = {found.hypothesis.names}
+    while waiting:
+        richer = waiting.pop()
+        for hypothesis, x in _contained(richer, known):
+            if hypothesis.names in tried:
+                continue
+            tried.add(hypothesis.names)
+            first = fit(
+                data, hypothesis, x, found.windows, rounds=FIRST_ROUNDS,
+                channels=richer.channels, starts=_starts(richer, hypothesis),
+            )  # fmt: skip
+            if first is None:
+                continue
+            waiting.append(first)
+            if not _is_far_behind(data, first, found):
+                waiting[-1] = fits[hypothesis.names] = _gone_on(data, first)
+    return list(fits.values())
+
+
+def _contained(found: Fit, known: Known) -> Iterator[tuple[Hypothesis, FloatArray]]:
+    """Yield a hypothesis with a simpler law or none in place of one effect; where it begins."""
     own, *parts = found.hypothesis.parts(found.x)
-    added, fits = found.hypothesis.added, list[Fit]()
+    added = found.hypothesis.added
     for i, (richer, x) in enumerate(zip(added, parts, strict=True)):
+        if len(added) > 1:
+            without = replace(found.hypothesis, added=added[:i] + added[i + 1 :])
+            yield without, np.concatenate([own, *parts[:i], *parts[i + 1 :]])
         laws = known.get(richer.between, {})
-        limits = [law for law in laws[richer.kind].contains if law.limit] if laws else []
-        for law in limits:
+        for law in laws[richer.kind].contains if richer.kind in laws else ():
+            if law.kind not in laws:
+                continue
             values = _nearest(laws[law.kind], law, richer, x)
             one = addition(law.kind, richer.between, laws[law.kind], values)
             hypothesis = replace(found.hypothesis, added=(*added[:i], one, *added[i + 1 :]))
             begun = [own, *parts[:i], one.transformed(values), *parts[i + 1 :]]
-            first = fit(
-                data, hypothesis, np.concatenate(begun), found.windows, rounds=FIRST_ROUNDS,
-                channels=found.channels, starts=_starts(found, hypothesis),
-            )  # fmt: skip
-            if first is not None and not _is_far_behind(data, first, found):
-                fits.append(_gone_on(data, first))
-    return fits
+            yield hypothesis, np.concatenate(begun)
 
 
 def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:

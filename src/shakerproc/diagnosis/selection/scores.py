@@ -13,7 +13,7 @@ from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
-from shakerproc.diagnosis.hypotheses.joints import Known, has_limit
+from shakerproc.diagnosis.hypotheses.joints import Joint, Known, has_limit
 
 BY_CHANCE: Final = 0.2
 """Standard deviation of the difference in one block of two that predict equally well: a tenth
@@ -168,6 +168,14 @@ def best_of(scores: Sequence[Score]) -> Score:
 def ranked(scores: Sequence[Score]) -> list[Score]:
     """Return scores, the best first."""
     return sorted(scores, key=lambda score: score.mean)
+
+
+def best_of_each(scores: Sequence[Score]) -> list[Score]:
+    """Return the best score of each hypothesis."""
+    best: dict[frozenset[tuple[str, Joint]], Score] = {}
+    for score in ranked(scores):
+        best.setdefault(score.fit.hypothesis.names, score)
+    return list(best.values())
 
 
 def simplest_alike(scores: Sequence[Score]) -> list[Score]:
