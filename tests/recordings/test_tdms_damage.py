@@ -196,7 +196,7 @@ def objects_file(paths, **values):
     [
         (b"", "empty"),
         (b"\0" * 4096, "should begin here with b'TDSm'"),
-        (b"RIFF" + bytes(60), "should begin here with b'TDSm'"),
+        (b"RIFF" + bytes(60), "begins like a file of the ending .wav"),
         (objects_file(["/'g'/'a'", "/'g'/'a'"]), "listed twice"),
         (objects_file(["g/a"]), "not the path of a group or channel"),
         (objects_file(["/'g'/'a'/'b'"]), "not the path of a group or channel"),

@@ -91,24 +91,19 @@ class OneMore:
         ):
             fits: dict[Group, Fit] = {}
             for group in sorted(standing, key=lambda group: self._size(group[0], group[1])):
-                if (group, windows) in self._grown:
-                    one = self._grown[group, windows]
-                else:
-                    one = lengthened(
-                        self.data, standing[group], screened[group], windows, rounds
-                    )
-                    one = self._from_simpler(group, one, fits, windows, rounds)
-                    self._grown[group, windows] = one
+                key = group, windows
+                if key not in self._grown:
+                    begun = standing[group], screened[group]
+                    one = lengthened(self.data, *begun, windows, rounds)
+                    self._grown[key] = self._from_simpler(group, one, fits, windows, rounds)
+                one = self._grown[key]
                 if one is not None:
                     fits[group] = one
             if _follow(standing) and not _follow(fits):
                 break  # the motion cannot be predicted as far ahead
             worth = self._worth_going_on(list(fits.values()), windows, rounds)
-            standing = {
-                group: one
-                for group, one in fits.items()
-                if one in worth or group[0] == self.condition.wanted
-            }
+            wanted = self.condition.wanted
+            standing = {g: one for g, one in fits.items() if one in worth or g[0] == wanted}
         return sorted(standing.values(), key=lambda one: one.level)
 
     def _fitted_first(self, groups: Mapping[Group, Sequence[Start]]) -> dict[Group, Fit]:
@@ -250,8 +245,7 @@ class OneMore:
             )
             for h, x, channels in chosen
         ]  # fmt: skip
-        good = [one for one in fits if one is not None]
-        return min(good, key=lambda one: one.level) if good else None
+        return min(filter(None, fits), key=lambda one: one.level, default=None)
 
     def _from_simpler(
         self,
