@@ -108,7 +108,9 @@ def compared(
         return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
     scores = past[-1].scores if past else []
     if past and past[-1].is_silent:
-        scores += scores_beside(campaign, past[-1].best, None, standing[1:], forms[chosen])
+        effects = [one for one in standing if one.hypothesis.added]
+        silent = scores_beside(campaign, past[-1].best, None, effects, forms[chosen])
+        scores = [*scores, *silent]
     return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
 
 

@@ -155,11 +155,8 @@ def _judged(
     else:
         scores = along(campaign, pairs, forms[-2:], beside=found.best.fit)
     scores += along(campaign, parts_of([*found.effects, *scores], singles), forms[-2:])
-    return (
-        replace(found, effects=tuple(best_of_each([*found.effects, *scores]))),
-        campaign,
-        forms,
-    )
+    effects = tuple(best_of_each([*found.effects, *scores]))
+    return replace(found, effects=effects), campaign, forms
 
 
 def _unlike(found: Found, singles: Sequence[Fit], known: Known) -> list[Fit]:

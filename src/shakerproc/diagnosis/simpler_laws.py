@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
@@ -50,7 +50,7 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
                 continue
             waiting.append(first)
             if not _is_far_behind(data, first, found):
-                waiting[-1] = fits[hypothesis.names] = _gone_on(data, first)
+                waiting[-1] = fits[hypothesis.names] = gone_on(first, rounds=ROUNDS)
     return list(fits.values())
 
 
@@ -77,15 +77,6 @@ def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:
     """Return whether a fit surely leaves far more than another one of the same windows."""
     own, best = as_fitted(data, one), as_fitted(data, found)
     return own is None or (best is not None and gain(best, own).t > FAR)
-
-
-def _gone_on(data: DataSet, first: Fit) -> Fit:
-    """Return a fit that goes on until it has arrived."""
-    last = fit(
-        data, first.hypothesis, first.x, first.windows, rounds=ROUNDS,
-        channels=first.channels, starts=first.starts, step=first.steps,
-    )  # fmt: skip
-    return first if last is None else last
 
 
 def _starts(found: Fit, other: Hypothesis) -> FloatArray | None:

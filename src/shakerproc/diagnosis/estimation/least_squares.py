@@ -173,6 +173,23 @@ def fit(
     return None if begun is None else _sought(linearisation, begun, rounds, step)
 
 
+def gone_on(found: Fit, *, rounds: int) -> Fit:
+    """Return a fit that goes on where its steps ended; itself where that runs away.
+
+    Parameters
+    ----------
+    found : Fit
+        Where it begins.
+    rounds : int
+        Steps at most.
+    """
+    last = fit(
+        found.data, found.hypothesis, found.x, found.windows, rounds=rounds,
+        channels=found.channels, starts=found.starts, step=found.steps,
+    )  # fmt: skip
+    return found if last is None else last
+
+
 def fit_plainly(found: Fit, *, rounds: int) -> Fit | None:
     """Return a fit that goes on by squares as they are, however large in a few blocks.
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from shakerproc.diagnosis.estimation.beginnings import Beginnings, Tried, as_told, least_left
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
 from shakerproc.diagnosis.estimation.parts import Windows
 
@@ -53,11 +53,7 @@ def richer_laws(
         ]
         ends = [one for one in tried if one is not None]
         for first in sorted(ends, key=lambda one: one.level)[:1]:
-            last_steps = fit(
-                data, first.hypothesis, first.x, windows, rounds=rounds,
-                channels=first.channels, starts=first.starts, step=first.steps,
-            )  # fmt: skip
-            arrived = first if last_steps is None else last_steps
+            arrived = gone_on(first, rounds=rounds)
             if arrived.level < found.level:
                 yield arrived
 
