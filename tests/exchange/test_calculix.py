@@ -127,6 +127,7 @@ def both(*writers):
 MM = f"{STRUCTURE}length_unit: mm\n"
 REFUSED = [
     (cut("held.frd", "a.frd", " -1        69-4.5"), "a.frd", STRUCTURE, r"a\.frd:211: not 5 nodes with three numbers each before the end of the block: the file is cut off"),
+    (cut("held.frd", "a.frd", "    1PSTEP                         2"), "a.frd", STRUCTURE, r"a\.frd:222: the file is cut off: it does not end with 9999"),
     (changed("held.frd", "a.frd", "4.62470E+01", "4.62x70E+01"), "a.frd", STRUCTURE, r"a\.frd:211: not 5 nodes"),
     (changed("held.frd", "a.frd", "MODAL", "     "), "a.frd", STRUCTURE, r"a\.frd: no displacements of modes; ask for them with U below \*NODE FILE"),
     (changed("held.frd", "a.frd", " -4  DISP ", " -4  DISPI"), "a.frd", STRUCTURE, r"a\.frd:211: complex modes"),

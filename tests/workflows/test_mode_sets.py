@@ -263,6 +263,19 @@ def test_a_sensor_without_place_is_said_in_one_line(tmp_path, tip, middle, messa
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("share", [0.4, 0.7, 0.95])
+def test_modes_of_a_file_that_is_cut_off_are_refused(tmp_path, share):
+    whole, part = tmp_path / "whole.uff", tmp_path / "part.uff"
+    convert_modes(BEAM / "held.frd", whole, SI)
+    content = whole.read_bytes()
+    part.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(
+        ShakerprocError, match=r"part\.uff:\d+: the file is cut off in this data"
+    ):
+        convert_modes(part, tmp_path / "part.csv", ModeOptions())
+    assert not (tmp_path / "part.csv").exists()
+
+
 def run(*arguments):
     return CliRunner().invoke(build_app(), [str(a) for a in arguments])
 

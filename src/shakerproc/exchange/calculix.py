@@ -17,6 +17,7 @@ from shakerproc.exchange.fixed_width import numbers_of
 
 AXES: Final = ("x", "y", "z")
 _HEAD: Final = re.compile(rb"^( {4}2C| {2}100C| -4 | {4}1PSTEP).*$", re.MULTILINE)
+_END: Final = b"9999"  # the last line of a result file
 _BEFORE, _WIDTH = 13, 12  # a mark of three and a node of ten characters, then the numbers
 _WORDS: Final = {
     "eigenvalues": "E I G E N V A L U E   O U T P U T",
@@ -96,10 +97,16 @@ def read_frd(path: Path) -> CalculixModes:
     Raises
     ------
     ExchangeError
-        If it holds none, or is damaged; the line is named.
+        If it holds none, is damaged or cut off; the line is named.
     """
     file = _File(path, _content(path))
     found, steps = list(_shapes(file)), set(_steps(file))
+    if file.content.rstrip().rpartition(b"\n")[2].strip() != _END:
+        raise file.error(
+            len(file.content.rstrip()),
+            "the file is cut off: it does not end with 9999. Let CalculiX write it again, "
+            "as text",
+        )
     if not found:
         raise ExchangeError(
             f"{path.name}: no displacements of modes; ask for them with U below *NODE FILE in "

@@ -216,7 +216,7 @@ def _geometry(
     Raises
     ------
     ExchangeError
-        If the geometry of the file is not what it says.
+        If the geometry of the file is not what it says, or the file is cut off.
     """
     content = path.read_bytes()
     try:
@@ -225,6 +225,11 @@ def _geometry(
         wireframe, _ = wireframe_of(content, found, units)
     except UffError as error:
         raise ExchangeError(f"{path.name}: {error}") from error
+    if found[-1].cut:
+        line = content.count(b"\n", 0, found[-1].start)
+        raise ExchangeError(
+            f"{path.name}:{line}: the file is cut off in this data set; write it again"
+        )
     known = [n for n in nodes if n in wireframe.nodes and n not in wireframe.axes]
     places = {f"{node}/{axis}": wireframe.nodes[node] for node in known for axis in directions}
     return places, units
