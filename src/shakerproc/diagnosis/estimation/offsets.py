@@ -53,12 +53,13 @@ class Offsets:
 def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
     """Return the offsets that are to be fitted; none where a displacement is imposed.
 
-    Those of displacements, as laws count from where a mass rests, and of velocities.
+    Of every motion of a mass: laws count displacements from where it rests, and what a push
+    leaves of the mean of a velocity or an acceleration is no offset either.
     """
     error = np.array([test.offset_error for test in tests]).T
     noise = np.array([test.noise for test in tests]).T
-    asked = () if model.excitation.imposed else ("displacement", "velocity")
-    chosen = tuple(i for i in _telling(model, asked) if np.any(error[i] > noise[i]))
+    asked = [] if model.excitation.imposed else _of_masses(model)
+    chosen = tuple(i for i in asked if np.any(error[i] > noise[i]))
     sizes = np.array([
         [np.sqrt(np.mean(test.responses[i] ** 2)) for test in tests] for i in chosen
     ]).reshape(-1, len(tests))
@@ -69,20 +70,17 @@ def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
 def _moves(model: Model, chosen: Sequence[int]) -> FloatArray:
     """Return the shifts of coordinates by unit offsets, (n_coordinates, n) array.
 
-    None by offsets of velocities.
+    None by offsets of velocities and accelerations.
     """
     n, sensors = model.n_coordinates, list(model.sensors.values())
-    placed, alone = _telling(model, ("displacement",)), coordinates_of(model, ())
+    placed = [i for i in _of_masses(model) if sensors[i].measures.endswith("displacement")]
+    alone = coordinates_of(model, ())
     sees = np.reshape([alone.at(sensors[i].at)[:n] for i in placed], (-1, n))
     moved = np.zeros((n, len(sensors)))
     moved[:, placed] = np.linalg.pinv(sees)
     return moved[:, list(chosen)]
 
 
-def _telling(model: Model, motions: Sequence[str]) -> list[int]:
-    """Return the sensors that measure one of these motions of a mass."""
-    return [
-        i
-        for i, sensor in enumerate(model.sensors.values())
-        if sensor.at != BASE and sensor.measures.endswith(tuple(motions))
-    ]
+def _of_masses(model: Model) -> list[int]:
+    """Return the sensors that measure the motion of a mass."""
+    return [i for i, sensor in enumerate(model.sensors.values()) if sensor.at != BASE]

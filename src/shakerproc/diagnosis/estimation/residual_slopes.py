@@ -267,13 +267,28 @@ class Linearisation:
         for k in range(len(at.of_tests)):
             shifted = at.of_tests.copy()
             shifted[k] += self.step
-            there = self.predict(replace(at, of_tests=shifted), evened=True)
+            there = self._shown(here, k)
+            there = there or self.predict(replace(at, of_tests=shifted), evened=True)
             change = self.differences(at.gain / self.step, here, there)
             for test in range(shifted.shape[1]):
                 yield [
                     rows if own == test else np.zeros_like(rows)
                     for rows, own in zip(change, of_test, strict=True)
                 ]
+
+    def _shown(self, here: Predicted, k: int) -> Predicted | None:
+        """Return the prediction with a number of each test a step away, which moves nothing.
+
+        None unless that is an offset that is seen and not felt: it needs no run.
+        """
+        offsets = self.data.offsets
+        which = k - int(self.data.has_constants)
+        if not 0 <= which < len(offsets.sensors) or np.any(offsets.moves[:, which]):
+            return None
+        sizes = self.step * offsets.sizes[which, self.windows.table[:, 0]]
+        sees = np.eye(self.data.n_sensors)[:, offsets.sensors[which], np.newaxis]
+        outputs = (rows + sees * size for rows, size in zip(here.outputs, sizes, strict=True))
+        return replace(here, outputs=tuple(outputs))
 
     def _by_starts(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each number of their own start."""

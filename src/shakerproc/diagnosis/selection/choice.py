@@ -170,9 +170,10 @@ def _explains_most(found: Found, score: Score) -> bool:
 def _lowers(found: Found, score: Score) -> bool:
     """Return whether a hypothesis surely predicts better than any of fewer effects, by a tenth.
 
-    The model without any as fitted, and as it is in its file, are among those.
+    The model without any as fitted, and as it is in its file, are among those: what a stiffness
+    that is not the model's own takes away already needs no effect.
     """
-    fewer = [found.as_it_is or found.linear, *_simpler(found, score)]
+    fewer = [found.as_it_is or found.linear, found.linear, *_with_fewer(found, score)]
     return all(is_better(score, o) and _takes_a_tenth(found, score, o) for o in fewer)
 
 
