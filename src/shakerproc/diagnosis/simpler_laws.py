@@ -15,7 +15,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, add
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.selection.scores import FAR, as_fitted, gain
 from shakerproc.models.identification import Contained, Identification, Values
-from shakerproc.simulation import largest_states
+from shakerproc.simulation import motions_of
 
 
 def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
@@ -83,12 +83,15 @@ def _starts(found: Fit, other: Hypothesis) -> FloatArray | None:
     """Return the starts of a fit for another law: masses as there, its memory as if new."""
     if found.starts is None:
         return None
-    n_memory, n_other = (
-        len(largest_states(h.model_at(x)))
+    had, wanted = (
+        motions_of(h.model_at(x))
         for h, x in ((found.hypothesis, found.x), (other, np.zeros(other.size)))
     )
-    masses = found.starts[:, : found.starts.shape[1] - n_memory]
-    return np.concatenate([masses, np.zeros((len(masses), n_other))], axis=1)
+    starts = np.zeros((len(found.starts), len(wanted)))
+    for i, name in enumerate(wanted):
+        if name in had and not name.startswith("state"):
+            starts[:, i] = found.starts[:, had.index(name)]
+    return starts
 
 
 def _nearest(
