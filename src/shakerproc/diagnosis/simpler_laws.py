@@ -14,6 +14,7 @@ from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.selection.scores import FAR, as_fitted, gain
+from shakerproc.errors import ModelError
 from shakerproc.models.identification import Contained, Identification, Values
 from shakerproc.simulation import motions_of
 
@@ -42,9 +43,13 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
             if hypothesis.names in tried:
                 continue
             tried.add(hypothesis.names)
+            try:
+                starts = _starts(richer, hypothesis, x)
+            except ModelError:  # no model can begin so
+                continue
             first = fit(
                 data, hypothesis, x, found.windows, rounds=FIRST_ROUNDS,
-                channels=richer.channels, starts=_starts(richer, hypothesis),
+                channels=richer.channels, starts=starts,
             )  # fmt: skip
             if first is None:
                 continue
@@ -79,14 +84,18 @@ def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:
     return own is None or (best is not None and gain(best, own).t > FAR)
 
 
-def _starts(found: Fit, other: Hypothesis) -> FloatArray | None:
-    """Return the starts of a fit for another law: masses as there, its memory as if new."""
+def _starts(found: Fit, other: Hypothesis, x: FloatArray) -> FloatArray | None:
+    """Return the starts of a fit for another law: masses as there, its memory as if new.
+
+    Raises
+    ------
+    ModelError
+        If no model can have the numbers of that.
+    """
     if found.starts is None:
         return None
-    had, wanted = (
-        motions_of(h.model_at(x))
-        for h, x in ((found.hypothesis, found.x), (other, np.zeros(other.size)))
-    )
+    had = motions_of(found.hypothesis.model_at(found.x))
+    wanted = motions_of(other.model_at(x))
     starts = np.zeros((len(found.starts), len(wanted)))
     for i, name in enumerate(wanted):
         if name in had and not name.startswith("state"):
