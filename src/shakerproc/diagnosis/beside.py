@@ -22,19 +22,19 @@ from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.diagnosis.selection.choice import (
     TENTH,
     bare,
-    is_outside,
     leaves_more,
+    needs_none,
     standing_of,
-    wants_more,
 )
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
 from shakerproc.diagnosis.selection.scores import (
     Score,
+    best_of,
     best_of_each,
     is_better,
     simplest_alike,
 )
-from shakerproc.diagnosis.simpler_laws import simpler_laws
+from shakerproc.diagnosis.simpler_laws import simpler_laws, with_simpler
 
 MOST: Final = 8
 """Effects left behind that are carried to the horizon at most, beside the best in every joint:
@@ -50,12 +50,11 @@ def with_all(
     *,
     known: Known,
 ) -> Found:
-    """Return the result with every effect, where none that explains more can be named.
+    """Return the result with every effect, where the best leaves more than noise.
 
-    And more than noise is left, or a force without a name explains more than any that was
-    fitted. Those `known` race, too; none where motions are imposed, and so held already.
+    Those `known` race, too; none where motions are imposed, and so held already.
     """
-    if not (wants_more(found) or is_outside(found)):
+    if found.is_enough or needs_none(found):
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
@@ -63,7 +62,10 @@ def with_all(
     for one in [*chosen(rest, MOST), *chosen(_raced(campaign, known, say), MOST)]:
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
-    return found.with_effects(best_of_each(scores))
+    scores = best_of_each(scores)
+    if scores and best_of(scores) not in found.effects:
+        scores = with_simpler(campaign, forms[-1], scores)
+    return found.with_effects(scores)
 
 
 def _raced(campaign: Campaign, known: Known, say: Callable[[str], None]) -> list[Fit]:

@@ -155,9 +155,9 @@ class Found:
     def free_run(self, score: Score) -> Score | None:
         """Return the score of a hypothesis in whole tests, as `compare` simulates them.
 
-        With the sensors as recorded, and laws that remember nothing from before the test; None
-        where the motion runs away, and of decays, which have no run from rest. That of each is
-        taken once.
+        With the sensors as recorded, what each test has of its own, and laws that remember
+        nothing from before the test; None where the motion runs away, and of decays, which
+        have no run from rest. That of each is taken once.
         """
         if self.data.model.excitation.role is None:
             return None
@@ -168,9 +168,8 @@ class Found:
     def _free_run(self, fit: Fit) -> Score | None:
         data = self.data
         windows = replace(whole_tests(data, held_out=True), from_rest=False)
-        gain, delay, of_tests = perfect(data)
-        first = int(data.has_constants)
-        of_tests[first:] = self.of_tests_under(fit)[first:]
+        gain, delay, _ = perfect(data)
+        of_tests = self.of_tests_under(fit)
         model = fit.hypothesis.model_at(fit.x)
         starts = completed(data, model, windows.table, of_tests)
         whole = replace(fit, gain=gain, delay=delay, of_tests=of_tests, starts=starts)

@@ -14,11 +14,10 @@ from shakerproc.diagnosis.more_effects import parts_of
 from shakerproc.diagnosis.selection.scores import (
     Score,
     best_of,
-    best_of_each,
     leaves_something,
     ranked,
 )
-from shakerproc.diagnosis.simpler_laws import simpler_laws
+from shakerproc.diagnosis.simpler_laws import with_simpler
 
 
 @final
@@ -54,7 +53,7 @@ def at_the_horizon(
     wanting = leaves_something(best) or best.fit.is_far
     if one_more is not None and best.fit.hypothesis.added and wanting:
         effects = _with_richer(campaign, forms[-1], effects, best, one_more)
-    effects = _with_simpler(campaign, forms[-1], effects)
+    effects = with_simpler(campaign, forms[-1], effects)
     return Outcome(campaign, forms, base, ranked(effects), singles)
 
 
@@ -89,14 +88,3 @@ def _with_richer(
             if not leaves_something(score):
                 return list(found.values())
     return list(found.values())
-
-
-def _with_simpler(campaign: Campaign, form: Form, effects: Sequence[Score]) -> list[Score]:
-    """Return scores with those of simpler laws that the best contains, begun where it ended.
-
-    A law that was tried alone has no rival of fewer numbers.
-    """
-    if not effects:
-        return []
-    found = simpler_laws(campaign.data, best_of(effects).fit, campaign.known)
-    return best_of_each([*effects, *scored_at(campaign, found, form)])

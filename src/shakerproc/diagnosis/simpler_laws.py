@@ -1,22 +1,42 @@
 """The simpler hypotheses that a fitted one contains, begun where it ended."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.form import ROUNDS
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
 from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
+from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
-from shakerproc.diagnosis.selection.scores import FAR, as_fitted, gain
+from shakerproc.diagnosis.selection.scores import (
+    FAR,
+    Score,
+    as_fitted,
+    best_of,
+    best_of_each,
+    gain,
+)
 from shakerproc.errors import ModelError
 from shakerproc.models.identification import Contained, Identification, Values
 from shakerproc.simulation import motions_of
+
+
+def with_simpler(campaign: Campaign, form: Form, effects: Sequence[Score]) -> list[Score]:
+    """Return scores with those of simpler laws that the best contains, begun where it ended.
+
+    A law that was tried alone has no rival of fewer numbers.
+    """
+    if not effects:
+        return []
+    found = simpler_laws(campaign.data, best_of(effects).fit, campaign.known)
+    return best_of_each([*effects, *scored_at(campaign, found, form)])
 
 
 def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:

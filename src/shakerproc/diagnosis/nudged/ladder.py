@@ -14,6 +14,10 @@ FORGOTTEN: Final = 3.0
 """Decay of the energy of an error, as a logarithm, after which a start is forgotten: to e^-3 =
 5 %. Of a mass with a sensor that is one over the rate, times this [-]."""
 
+LEAD: Final = 0.25
+"""Share of a stretch that its lead-in takes at most: a push of half a second begins as its
+sensors tell [-]."""
+
 PERIODS: Final = 2.0
 """Periods of the joint's motion that the place of a joint takes to find itself [-]."""
 
@@ -40,11 +44,11 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
     lead_s = max(
         FORGOTTEN / (2.0 * slowest_decay(data.model, held_at)), PERIODS / data.frequency
     )
-    lead = TAPS + round(lead_s * data.tests[0].sample_rate)
+    stretches = data.stretches(held_out=held_out)
+    shortest = min((b - a for runs in stretches for a, b in runs), default=0)
+    lead = min(round(lead_s * data.tests[0].sample_rate), round(LEAD * shortest)) + TAPS
     table, counted = [], []
-    for i, (test, runs) in enumerate(
-        zip(data.tests, data.stretches(held_out=held_out), strict=True)
-    ):
+    for i, (test, runs) in enumerate(zip(data.tests, stretches, strict=True)):
         length = max(lead, round(data.lengths.block_s * test.sample_rate))
         for first, last in _chosen(data, i, runs, length, share):
             begin = max(0, first - lead)
