@@ -54,7 +54,7 @@ def elsewhere(
     """Return starts of windows where the mean of a displacement was not measured.
 
     Around the other places at which the masses may rest, and where the forces of the model
-    balance the inertia.
+    balance the inertia; of tests too short for that mean as well, whatever the laws.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def elsewhere(
     starts : (n_windows, n_motions) array
         What that returned.
     """
-    if not may_shift(data, model):
+    if not (may_shift(data, model) or data.offsets.hide_places):
         return []
     places = resting_places(data, model, table)
     out = []

@@ -39,6 +39,11 @@ class Offsets:
     spread: FloatArray
     moves: FloatArray
 
+    @property
+    def hide_places(self) -> bool:
+        """Whether the mean of a motion is not told, and with it none of a displacement."""
+        return bool(self.sensors) and not np.any(self.moves)
+
     def shown(self, shares: FloatArray, n_sensors: int) -> FloatArray:
         """Return offsets as sensors show them, (n_sensors, n_tests) [unit of the sensor]."""
         found = np.zeros((n_sensors, self.sizes.shape[1]))
