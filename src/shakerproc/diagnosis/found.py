@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.of_tests import as_free
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
+from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint

@@ -19,7 +19,8 @@ from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.of_tests import offsets_in, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, RUNAWAY, STEP, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
+from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.spread import Spread
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty

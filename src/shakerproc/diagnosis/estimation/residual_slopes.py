@@ -21,7 +21,13 @@ from shakerproc.diagnosis.estimation.hidden_motion import completed, sizes
 from shakerproc.diagnosis.estimation.of_tests import as_free, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Linearised, Point, State
-from shakerproc.diagnosis.estimation.residuals import TOLERANCE, Predicted, at_once, predict
+from shakerproc.diagnosis.estimation.residuals import (
+    TOLERANCE,
+    Predicted,
+    at_once,
+    predict,
+    shown,
+)
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 
@@ -38,9 +44,6 @@ gain that all sensors share, and nothing tells the one from the other [-]."""
 
 DELAY_SPREAD: Final = 20e-6
 """Standard deviation of the delay of a channel: a tenth of a sample at 5 kHz [s]."""
-
-EXCESS: Final = 1.5
-"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
 
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
@@ -267,7 +270,7 @@ class Linearisation:
         for k in range(len(at.of_tests)):
             shifted = at.of_tests.copy()
             shifted[k] += self.step
-            there = self._shown(here, k)
+            there = shown(self.data, self.windows, here, k, self.step)
             there = there or self.predict(replace(at, of_tests=shifted), evened=True)
             change = self.differences(at.gain / self.step, here, there)
             for test in range(shifted.shape[1]):
@@ -275,20 +278,6 @@ class Linearisation:
                     rows if own == test else np.zeros_like(rows)
                     for rows, own in zip(change, of_test, strict=True)
                 ]
-
-    def _shown(self, here: Predicted, k: int) -> Predicted | None:
-        """Return the prediction with a number of each test a step away, which moves nothing.
-
-        None unless that is an offset that is seen and not felt: it needs no run.
-        """
-        offsets = self.data.offsets
-        which = k - int(self.data.has_constants)
-        if not 0 <= which < len(offsets.sensors) or np.any(offsets.moves[:, which]):
-            return None
-        sizes = self.step * offsets.sizes[which, self.windows.table[:, 0]]
-        sees = np.eye(self.data.n_sensors)[:, offsets.sensors[which], np.newaxis]
-        outputs = (rows + sees * size for rows, size in zip(here.outputs, sizes, strict=True))
-        return replace(here, outputs=tuple(outputs))
 
     def _by_starts(self, at: Point, here: Predicted) -> Iterator[list[FloatArray]]:
         """Yield the slopes of all windows by each number of their own start."""

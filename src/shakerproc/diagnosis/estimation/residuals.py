@@ -27,6 +27,9 @@ from shakerproc.diagnosis.nudged.motion import begun, held_to
 from shakerproc.models import Model
 from shakerproc.simulation import FreeRuns, Runs, free_runs
 
+EXCESS: Final = 1.5
+"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
+
 TOLERANCE: Final = 1e-5
 """Truncation of a simulation that is compared with a measurement [-]."""
 
@@ -104,6 +107,35 @@ def predict(
         jumps = np.array([s.measures == "acceleration" for s in model.sensors.values()])
         outputs = tuple(_centred(rows, jumps) for rows in outputs)
     return Predicted(outputs, found.failed)
+
+
+def shown(
+    data: DataSet, windows: Windows, here: Predicted, number: int, step: float
+) -> Predicted | None:
+    """Return a prediction with one number of every test moved; None if that takes a run.
+
+    It takes none where the number is an offset that is seen and not felt.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    windows : Windows
+        Which parts.
+    here : Predicted
+        The prediction from where it moves.
+    number : int
+        Which of the rows of `spreads_of`.
+    step : float
+        By how much [-].
+    """
+    offsets, which = data.offsets, number - int(data.has_constants)
+    if not 0 <= which < len(offsets.sensors) or np.any(offsets.moves[:, which]):
+        return None
+    sees = np.eye(data.n_sensors)[:, offsets.sensors[which], np.newaxis]
+    moved = step * offsets.sizes[which, windows.table[:, 0]]
+    outputs = (rows + sees * own for rows, own in zip(here.outputs, moved, strict=True))
+    return replace(here, outputs=tuple(outputs))
 
 
 def _free_runs(

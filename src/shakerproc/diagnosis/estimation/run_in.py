@@ -12,7 +12,8 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
+from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.steps import SETTLED
 from shakerproc.diagnosis.estimation.tests_apart import with_tests_fitted

@@ -19,7 +19,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.residual_slopes import EXCESS
+from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, TENTH, bare
 from shakerproc.diagnosis.selection.errors import floors_of, scored_tests
