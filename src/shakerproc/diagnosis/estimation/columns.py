@@ -8,6 +8,9 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.stacks import Stack
 
+DELAY_SPREAD: Final = 20e-6
+"""Standard deviation of the delay of a channel: a tenth of a sample at 5 kHz [s]."""
+
 FINE_STEP: Final = 3e-5
 """Change of a coordinate, forth and back, whose slopes are straight where a motion of hundreds
 of periods is out of step at `STEP`: what bends or scatters passes for knowledge of what no test

@@ -11,6 +11,7 @@ from shakerproc.comparison.own import at_samples
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
+from shakerproc.diagnosis.estimation.columns import DELAY_SPREAD
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
     UNUSUAL,
@@ -18,7 +19,6 @@ from shakerproc.diagnosis.estimation.linear import (
     signs_and_delays,
 )
 from shakerproc.diagnosis.estimation.linear_model import MUCH_LESS, LinearModel
-from shakerproc.diagnosis.estimation.residual_slopes import DELAY_SPREAD
 from shakerproc.diagnosis.hypotheses.hypothesis import FARTHEST
 from shakerproc.models import Model
 from shakerproc.simulation import Runs, free_runs

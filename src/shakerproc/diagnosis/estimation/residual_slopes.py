@@ -9,6 +9,7 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.columns import (
+    DELAY_SPREAD,
     FINE,
     FINE_STEP,
     append,
@@ -41,9 +42,6 @@ force jumps, those of a small change are spikes beside it, which a step passes b
 AS_IT_IS: Final = 1e-6
 """The same of the first sensor where masses are free: with all other numbers these take any
 gain that all sensors share, and nothing tells the one from the other [-]."""
-
-DELAY_SPREAD: Final = 20e-6
-"""Standard deviation of the delay of a channel: a tenth of a sample at 5 kHz [s]."""
 
 RUNAWAY: Final = 1e6
 """Residual, in standard deviations, that stands for a window that ran away [-]."""
@@ -234,10 +232,9 @@ class Linearisation:
         own: list[list[FloatArray]] = [[] for _ in self.stacks]
         for change in self._by_starts(at, here):
             append(own, change)
-        count = self.spread.size
         return Linearised(
             residual,
-            [table(c, r, count) for c, r in zip(slopes, residual, strict=True)],
+            [table(c, r, self.spread.size) for c, r in zip(slopes, residual, strict=True)],
             [table(c, r, 0) for c, r in zip(own, residual, strict=True)],
         )
 
@@ -270,8 +267,8 @@ class Linearisation:
         for k in range(len(at.of_tests)):
             shifted = at.of_tests.copy()
             shifted[k] += self.step
-            there = shown(self.data, self.windows, here, k, self.step)
-            there = there or self.predict(replace(at, of_tests=shifted), evened=True)
+            seen = shown(self.data, self.windows, here, k, self.step)
+            there = seen or self.predict(replace(at, of_tests=shifted), evened=True)
             change = self.differences(at.gain / self.step, here, there)
             for test in range(shifted.shape[1]):
                 yield [
