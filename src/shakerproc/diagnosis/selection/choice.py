@@ -95,11 +95,11 @@ def further(found: Found, chosen: Score) -> Score | None:
 def is_outside(found: Found) -> bool:
     """Return whether a force without a name surely predicts better than all effects do.
 
-    By a tenth of what any of them leaves, and where that matters. Of a joint that held nothing
+    By a tenth of what any of them leaves, and where that is more than noise. Of a joint that held nothing
     is known, and nothing was tried.
     """
     free = found.free
-    if found.rigid or free is None or found.left_by(found.best) <= NEGLIGIBLE:
+    if found.rigid or free is None or not leaves_more(found, found.best):
         return False
     return is_better(free, found.best) and all(
         _takes_a_tenth(found, free, score) for score in (found.linear, *found.effects)
