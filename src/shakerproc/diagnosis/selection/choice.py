@@ -95,8 +95,8 @@ def further(found: Found, chosen: Score) -> Score | None:
 def is_outside(found: Found) -> bool:
     """Return whether a force without a name surely predicts better than all effects do.
 
-    By a tenth of what any of them leaves, and where that is more than noise. Of a joint that held nothing
-    is known, and nothing was tried.
+    By a tenth of what any of them leaves, and where that is more than noise. Of a joint that
+    held nothing is known, and nothing was tried.
     """
     free = found.free
     if found.rigid or free is None or not leaves_more(found, found.best):
