@@ -66,31 +66,38 @@ def test_a_gap_around_a_wrong_zero_is_a_gap_with_its_clearance():
     assert clearance.value == pytest.approx(CLEARANCE, rel=0.01)
 
 
-def seen_by_velocity():
-    """Return force and velocity of a linear slider, by a sensor with an offset."""
-    t = np.arange(round(0.7 * RATE)) / RATE
+DAMPING = 2.0 * RATIO * MASS * OMEGA
+
+
+def seen_by(motion, stiffness, seconds):
+    """Return force and velocity or acceleration of a linear slider, by a sensor as it reads."""
+    t = np.arange(round(seconds * RATE)) / RATE
 
     def slope(time, y):
-        return [y[1], pushed(time) / MASS - OMEGA**2 * y[0] - 2.0 * RATIO * OMEGA * y[1]]
+        return [y[1], (pushed(time) - DAMPING * y[1] - stiffness * y[0]) / MASS]
 
     moved = solve_ivp(
         slope, (0.0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-12, max_step=1e-3
-    ).y[1]
-    noise = 0.01 * np.random.default_rng(4).standard_normal((2, t.size))
+    ).y
+    seen = moved[1] if motion == "velocity" else slope(t, moved)[1]
+    noise = 0.003 * np.random.default_rng(4).standard_normal((2, t.size))
     force = pushed(t)
-    return force + noise[0] * force.std(), moved + (0.02 + noise[1]) * moved.std()
+    return force + noise[0] * force.std(), seen + (0.02 + noise[1]) * seen.std()
 
 
-def test_of_a_velocity_that_has_a_mean_nothing_is_missing_but_damping_that_is_off():
-    force, seen = seen_by_velocity()
-    joint, damping = ("base", "slider"), 2.0 * RATIO * MASS * OMEGA
-    elements = (
-        Element(Spring(1.05 * MASS * OMEGA**2), joint),
-        Element(Damper(1.25 * damping), joint),
-    )
+@pytest.mark.parametrize(
+    ("motion", "stiffness", "seconds"),
+    [("velocity", MASS * OMEGA**2, 0.7), ("acceleration", 0.0, 0.45)],
+)
+def test_of_a_motion_that_has_a_mean_only_damping_is_off(motion, stiffness, seconds):
+    force, seen = seen_by(motion, stiffness, seconds)
+    joint = ("base", "slider")
+    elements = (Element(Damper(1.25 * DAMPING), joint),)
+    if stiffness:
+        elements += (Element(Spring(1.05 * stiffness), joint),)
     model = Model(
         "a slider", {"slider": MASS}, elements, Excitation("force", "slider"),
-        {"v": Sensor("slider", "velocity")},
+        {"v": Sensor("slider", motion)},
     )  # fmt: skip
     test = TestArrays(
         "a push", RATE, force[None], seen[None], excitation="random", band=(1.0, 30.0)
@@ -99,4 +106,4 @@ def test_of_a_velocity_that_has_a_mean_nothing_is_missing_but_damping_that_is_of
     assert found.verdict == "nothing missing"
     assert found.errors.held_out.after < 0.01
     (told,) = [value for name, value in found.linear.items() if "damping" in name]
-    assert told.value == pytest.approx(damping, rel=0.03)
+    assert told.value == pytest.approx(DAMPING, rel=0.03)
