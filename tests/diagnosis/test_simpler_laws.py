@@ -6,7 +6,7 @@ from tests.diagnosis.one_mass import JOINT, added, data_of, one_mass
 
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.estimation.least_squares import fit
-from shakerproc.diagnosis.estimation.windows import whole_tests
+from shakerproc.diagnosis.estimation.windows import whole_tests, windows_of
 from shakerproc.diagnosis.simpler_laws import simpler_laws
 from shakerproc.models import EFFECTS
 
@@ -44,3 +44,19 @@ def test_each_effect_of_two_makes_room_for_what_it_contains_beside_the_other():
     alone = found["cubic_stiffness",]
     effect = alone.hypothesis.model_at(alone.x).elements[-1].effect
     assert_allclose(effect.coefficient, 3e11, rtol=0.05)
+
+
+def test_without_an_attached_mass_windows_begin_as_the_other_mass_did():
+    data = data_of(one_mass(effect=EFFECTS["cubic_stiffness"](coefficient=3e11)), seconds=1.0)
+    cubic, at = added(data, "cubic_stiffness", coefficient=3e11)
+    mode, x = added(data, "attached_mode", mass=1e-4, frequency=300.0, damping_ratio=0.02)
+    both = cubic.with_added(mode.added[0])
+    begun = np.concatenate([at, x[len(both.own) :]])
+    windows = windows_of(data, 300, held_out=False, most=4)
+    pair = fit(data, both, begun, windows, rounds=1)
+    known = campaign_of(data.model, data.tests).known
+    found = {one.hypothesis.kinds: one for one in simpler_laws(data, pair, known)}
+    alone = found["cubic_stiffness",]
+    assert pair.starts.shape == (4, 4)
+    assert alone.starts.shape == (4, 2)
+    assert alone.level < pair.level + 0.1
