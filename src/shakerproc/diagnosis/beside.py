@@ -52,9 +52,12 @@ def with_all(
 ) -> Found:
     """Return the result with every effect, where the best leaves more than noise.
 
-    Those `known` race, too; none where motions are imposed, and so held already.
+    Of what was held out or of what it was fitted to; not where that is less than sensors are
+    calibrated to, and more than noise anyhow. Those `known` race, too; none where motions are
+    imposed, and so held already.
     """
-    if found.is_enough or needs_none(found):
+    told = found.explained or leaves_more(found, found.best)
+    if found.is_enough or needs_none(found) or not told:
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
