@@ -22,9 +22,10 @@ from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.diagnosis.selection.choice import (
     TENTH,
     bare,
+    is_outside,
     leaves_more,
-    needs_none,
     standing_of,
+    wants_more,
 )
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
 from shakerproc.diagnosis.selection.scores import (
@@ -50,14 +51,14 @@ def with_all(
     *,
     known: Known,
 ) -> Found:
-    """Return the result with every effect, where the best leaves more than noise.
+    """Return the result with every effect, where none that explains more can be named.
 
-    Of what was held out or of what it was fitted to; not where that is less than sensors are
-    calibrated to, and more than noise anyhow. Those `known` race, too; none where motions are
-    imposed, and so held already.
+    And more than noise is left, or a force without a name explains more than any that was
+    fitted, or the best leaves noise of what was held out and more of what it was fitted to.
+    Those `known` race, too; none where motions are imposed, and so held already.
     """
-    told = found.explained or leaves_more(found, found.best)
-    if found.is_enough or needs_none(found) or not told:
+    in_part = found.explained and not found.is_enough
+    if not (in_part or wants_more(found) or is_outside(found)):
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]
