@@ -28,6 +28,9 @@ EXAMPLES = {
     "stop": EFFECTS["stop"](stiffness=1000.0, clearance=0.2, side="negative"),
     "jump_gap": EFFECTS["jump_gap"](stiffness=1000.0, clearance=0.3),
     "contact_damping": EFFECTS["contact_damping"](damping=3.0, clearance=0.3),
+    "hertz_contact": EFFECTS["hertz_contact"](
+        stiffness=1000.0, clearance=0.3, restitution_loss=0.3, side="both"
+    ),
     "cubic_stiffness": EFFECTS["cubic_stiffness"](coefficient=1000.0),
     "quadratic_stiffness": EFFECTS["quadratic_stiffness"](coefficient=1000.0),
     "power_law": EFFECTS["power_law"](force=10.0, reference_displacement=0.5, exponent=5.0),
