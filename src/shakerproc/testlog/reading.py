@@ -182,6 +182,7 @@ class _Reader:
             planned=section.planned,
             duration=section.duration,
             geometry=self.geometry,
+            conditions=section.conditions,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)

@@ -147,9 +147,7 @@ class HertzContact(AbstractMemorylessEffect):
 
     def rows(self) -> tuple[Row, ...]:
         return tuple(
-            Row(
-                Law.HERTZ, (self.stiffness, side * self.clearance, side, self.velocity_factor)
-            )
+            Row(Law.HERTZ, (self.stiffness, side * self.clearance, side, self.velocity_factor))
             for side in self.directions
         )
 
