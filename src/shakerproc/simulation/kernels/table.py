@@ -60,8 +60,8 @@ class Machine(NamedTuple):
         Numbers of each law.
     mode : (r, 2) array of int
         Branch of each line: 0 open or sticking, 1 closed, 2 parting without force, a
-        direction, or the region of a table (see `modes.event`); and how many turning points an Iwan line remembers. Written
-        to.
+        direction, or the region of a table (see `modes.event`); and how many turning points an
+        Iwan line remembers. Written to.
     anchor : (r, 4) array
         Where the branch of an Iwan line starts (displacement, force), where it ends, and its
         scale. Written to.
