@@ -353,6 +353,23 @@ def numbered(unit: str) -> tuple[float, str]:
     return float(match[0]), plain[match.end() :].strip()
 
 
+def any_quantity(written: object) -> tuple[float, str]:
+    """Return a quantity of any kind [SI], and the unit that it is written in.
+
+    Raises
+    ------
+    ValueError
+        If it is no number with a unit.
+    """
+    wanted = f"expected a quantity with its unit, such as 2 V, got {quoted(written)}"
+    if not isinstance(written, str):
+        raise ValueError(wanted)
+    unit = spelled(numbered(written)[1])
+    if unit == written or problem_of_unit(unit) is not None:
+        raise ValueError(wanted)
+    return to_si(written, unit), unit
+
+
 def is_same_unit(unit: str, other: str) -> bool:
     """Return whether two units are the same, however written: ``m/s²`` is ``m/s^2``."""
     parsed = _parsed(spelled(unit), "g_n") if unit.strip() else unit

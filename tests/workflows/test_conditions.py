@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.in_process import completed
 
+import shakerproc as sp
 from shakerproc.models import EFFECTS
 from shakerproc.models.examples import EXAMPLES
 from shakerproc.models.scaling import times
@@ -90,9 +91,15 @@ def test_a_campaign_at_several_conditions_is_compared_with_one_model(tmp_path):
         json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
         for name in ("right", "wrong")
     )
-    assert [test["id"] for test in right["tests"]] == [1, 2]
+    assert len(right["tests"]) == 2
     assert right["error"] < 0.02
     assert wrong["error"] > 0.2
+    for words in (["--fit"], ["--before", folder / "plain.yaml"]):
+        refused = completed("compare", folder / "model.yaml", folder / "log.yaml", *words)
+        assert refused.returncode == 1
+        assert (
+            f"{words[0]} takes tests under one. There are 2: test 1; test 2" in refused.stderr
+        )
 
 
 @pytest.mark.parametrize(
@@ -123,6 +130,18 @@ def test_what_knows_no_condition_refuses_such_a_model(tmp_path):
         told = completed(*words)
         assert told.returncode == 1
         assert "damper is scaled by voltage, which nothing says here" in told.stderr
+
+
+def test_a_notebook_reads_the_model_under_a_condition(tmp_path):
+    model, _ = campaign(tmp_path)
+    found = sp.read_model(model, conditions={"voltage": "500 mV"}).model
+    assert found.elements[-1].effect == EFFECTS["damper"](damping=0.75)
+    assert len(sp.read_model(model, conditions={"voltage": "0 V"}).model.elements) == 2
+    with pytest.raises(sp.ShakerprocError, match="conditions says no voltage"):
+        sp.read_model(model, conditions={})
+    for wrong in ("2 V", {"voltage": 2}, {"voltage": "2"}, {2: "2 V"}):
+        with pytest.raises(sp.ArgumentError, match="conditions"):
+            sp.read_model(model, conditions=wrong)
 
 
 SCALED = [kind for kind in EFFECTS if kind not in {"stiffness_drift", "general_bouc_wen"}]

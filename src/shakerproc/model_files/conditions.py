@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from shakerproc.documents import Document
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.scaling import times
-from shakerproc.units import near_miss, numbered, problem_of_unit, quoted, spelled, to_si
+from shakerproc.units import any_quantity, near_miss, quoted, to_si
 
 KEY: Final = "scaled_by"
 
@@ -31,23 +31,6 @@ class Conditions:
 
     values: Mapping[str, str]
     of: str
-
-
-def quantity(written: object) -> tuple[float, str]:
-    """Return a quantity of any kind in its SI unit, and the unit that it is written in.
-
-    Raises
-    ------
-    ValueError
-        If it is no number with a unit.
-    """
-    wanted = f"expected a quantity with its unit, such as 2 V, got {quoted(written)}"
-    if not isinstance(written, str):
-        raise ValueError(wanted)
-    unit = spelled(numbered(written)[1])
-    if unit == written or problem_of_unit(unit) is not None:
-        raise ValueError(wanted)
-    return to_si(written, unit), unit
 
 
 def under(
@@ -86,7 +69,7 @@ def under(
         )  # fmt: skip
     ((name, written),) = said.items()
     try:
-        reference, unit = quantity(written)
+        reference, unit = any_quantity(written)
     except ValueError as error:
         raise document.error((*place, name), str(error)) from error
     if reference <= 0.0:
