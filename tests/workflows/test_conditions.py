@@ -102,6 +102,26 @@ def test_a_campaign_at_several_conditions_is_compared_with_one_model(tmp_path):
         )
 
 
+def test_a_channel_measures_the_condition(tmp_path):
+    """Recordings with the voltage in a channel, compared by a log that does not state it."""
+    model, log = campaign(tmp_path, "voltage: 0.5 V", "voltage: 4 V")
+    channel = "  supply: {role: condition, name: voltage}\ntests:"
+    log.write_text(log.read_text("utf-8").replace("tests:", channel), "utf-8")
+    told = completed("simulate", model, log, "--duration-s", "2", "--no-growth")
+    assert told.returncode == 0, told.stderr
+    silent = re.sub(r", conditions: \{[^}]*\}", "", log.read_text("utf-8"))
+    log.write_text(silent, "utf-8")
+    told = completed("compare", model, log, "--no-figures", "--out", tmp_path / "out",
+                     "--json", tmp_path / "out.json")  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    assert re.search(r"test 2: voltage (4|3\.9)\S* V, varying by .* V rms", told.stderr)
+    assert json.loads((tmp_path / "out.json").read_text("utf-8"))["error"] < 0.02
+    log.write_text(silent.replace("name: voltage", "name: voltages"), "utf-8")
+    told = completed("compare", model, log, "--out", tmp_path / "other")
+    assert told.returncode == 1
+    assert "test 1 says no voltage; did you mean its voltages?" in told.stderr
+
+
 @pytest.mark.parametrize(
     ("conditions", "changed", "said"),
     [

@@ -114,6 +114,8 @@ def _value(
         raise document.error(place, f"{name} of {of}: {error}") from error
     if value < 0.0:
         raise document.error(
-            place, f"{name} of {of} is {said}; a condition that scales an effect is at least 0"
+            place,
+            f"{name} of {of} is {said}; a condition that scales an effect is at "
+            "least 0. Where its channel has an offset, state it in the test, under conditions",
         )
     return value

@@ -178,6 +178,8 @@ class Test:
         Nodes, lines and surfaces of the structure.
     conditions : mapping of str to str
         Quantities that scale effects of a model, such as ``2 V``, by their names.
+    measured_conditions : tuple of ChannelUse
+        Channels that measure such quantities; among `channels` they are ignored.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -220,6 +222,7 @@ class Test:
     duration: float | None = None
     geometry: Wireframe | None = None
     conditions: Mapping[str, str] = field(default_factory=dict)
+    measured_conditions: tuple[ChannelUse, ...] = ()
 
     @property
     def band(self) -> tuple[float, float] | None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, final
+from typing import Final, Literal, final
 
 from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
@@ -75,6 +75,10 @@ def _require_recordings(log: TestLog) -> None:
         found = f"no recording {first.recording}" if first.recording else "no recording"
         more = f" ({len(missing) - 1} more are missing)" if len(missing) > 1 else ""
         raise log.document.error(("tests", missing[0], "recording"), found + more)
+
+
+CONDITION: Final = "condition"
+"""Role of a channel that scales effects of a model."""
 
 
 class _Reader:
@@ -165,7 +169,10 @@ class _Reader:
             comment=section.comment,
             hold_out=section.hold_out,
             tags={name: _tag(value) for name, value in section.tags.items()},
-            channels=channels,
+            channels=tuple(
+                replace(use, role="ignore") if use.role == CONDITION else use
+                for use in channels
+            ),
             processing=processing,
             expect=merged_expectation(self.expect, section.expect),
             source=f"{self.document.path}:{line}",
@@ -183,6 +190,7 @@ class _Reader:
             duration=section.duration,
             geometry=self.geometry,
             conditions=section.conditions,
+            measured_conditions=tuple(use for use in channels if use.role == CONDITION),
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)

@@ -389,10 +389,10 @@ def _under_conditions(
         tests = [test for test in usable.tests if test.test.id in ids]
         for one in compare_tests(model, tests, tell=tell).tests if tests else ():
             found[one.measured.name] = one
-    tests = [found[test.name] for test in usable.tests]
-    predictions, pairs = [one.prediction for one in tests], [one.pair for one in tests]
-    bands = band_errors(predictions, pairs, [one.floor for one in tests])
-    return Comparison(groups[0][0], tuple(tests), bands, None, usable.left_out)
+    every = [found[test.name] for test in usable.tests]
+    predictions, pairs = [one.prediction for one in every], [one.pair for one in every]
+    bands = band_errors(predictions, pairs, [one.floor for one in every])
+    return Comparison(groups[0][0], tuple(every), bands, None, usable.left_out)
 
 
 def _modes(

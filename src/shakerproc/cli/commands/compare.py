@@ -99,7 +99,7 @@ def compare(
     folders.check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     of_tests, model_hash = read_hashed(
-        lambda path: models_of_tests(path, campaign.recorded()), model
+        lambda path: models_of_tests(path, campaign.recorded(), output.message), model
     )
     shaken = next(iter(of_tests.values()))
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
