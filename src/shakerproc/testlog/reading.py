@@ -140,7 +140,7 @@ class _Reader:
         specimen, actual = self._specimen(i, section), section.actual_clearance
         level, level_unit = self._level(i, section)
         per_octave, linear = self._rate(i, section)
-        channels, processing = self._merged(i, section)
+        channels, measured, processing = self._merged(i, section)
         with _At(self.document, "tests", i):
             profile = fitting_profile(self.profiles, section, level_unit)
             low, high = _ends(section, profile)
@@ -169,10 +169,7 @@ class _Reader:
             comment=section.comment,
             hold_out=section.hold_out,
             tags={name: _tag(value) for name, value in section.tags.items()},
-            channels=tuple(
-                replace(use, role="ignore") if use.role == CONDITION else use
-                for use in channels
-            ),
+            channels=channels,
             processing=processing,
             expect=merged_expectation(self.expect, section.expect),
             source=f"{self.document.path}:{line}",
@@ -190,7 +187,7 @@ class _Reader:
             duration=section.duration,
             geometry=self.geometry,
             conditions=section.conditions,
-            measured_conditions=tuple(use for use in channels if use.role == CONDITION),
+            measured_conditions=measured,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)
@@ -307,7 +304,8 @@ class _Reader:
 
     def _merged(
         self, i: int, section: TestSection
-    ) -> tuple[tuple[ChannelUse, ...], Processing]:
+    ) -> tuple[tuple[ChannelUse, ...], tuple[ChannelUse, ...], Processing]:
+        """Return the channels, those that measure conditions, and the processing of a test."""
         channels, processing = self.channels, self.processing
         if section.channels:
             with _At(self.document, "tests", i, "channels"):
@@ -315,7 +313,11 @@ class _Reader:
         if section.channels or "processing" in section.model_fields_set:
             with _At(self.document, "tests", i, "processing"):
                 processing = merged_processing(processing, section.processing, channels)
-        return channels, processing
+        measured = tuple(use for use in channels if use.role == CONDITION)
+        analysed = tuple(
+            replace(use, role="ignore") if use.role == CONDITION else use for use in channels
+        )
+        return analysed, measured, processing
 
 
 def _recordings(document: Document[LogSection]) -> Below:
