@@ -9,6 +9,7 @@ omega are those of the linear joint.
 | gap | stiffness; clearance | 0.3-4 k; 0.2-0.9 A |
 | offset_gap | stiffness; clearances | 0.3-4 k; 0.2-0.9 A and 1.4-3 times that, either side |
 | stop | stiffness; clearance; side | 0.3-4 k; 0.1-0.8 A; either |
+| hertz_contact | stiffness; clearance; loss | 1-5 k/sqrt(A); 0.2-0.7 A; 0.2-0.6 / V |
 | cubic_stiffness | coefficient | 0.1-1 k/A^2; one in six softening, -0.02 to -0.1 |
 | quadratic_stiffness | coefficient | 0.08-0.3 k/A, either sign |
 | power_law | force; reference; exponent | 0.15-1 kA; A; 1.4-2.5 or 3.6-5 |
@@ -32,8 +33,8 @@ omega are those of the linear joint.
 f tanh(z / z0), and both are to be called so. A bistable spring seen from a well is a cubic
 beside a quadratic spring: both are right.
 
-Outside the library: stiffness periodic in time (5-25 %, 0.5-12 Hz), Hunt-Crossley impact,
-fractional damping (order 0.3-0.7 over three decades), sine springs, damping that
+Outside the library: stiffness periodic in time (5-25 %, 0.5-12 Hz), fractional damping (order
+0.3-0.7 over three decades), sine springs, damping that
 depends on position, softening with the recent motion, a damper that acts one way, friction that
 grows with displacement (a wedge).
 
@@ -52,6 +53,7 @@ EFFECTS: dict[str, Callable[[Rng, Scale], Hidden]] = {
     "gap": springs.gap,
     "offset_gap": springs.offset_gap,
     "stop": springs.stop,
+    "hertz_contact": springs.hertz,
     "cubic_stiffness": springs.cubic,
     "quadratic_stiffness": springs.quadratic,
     "power_law": springs.power,
@@ -76,7 +78,6 @@ EFFECTS: dict[str, Callable[[Rng, Scale], Hidden]] = {
 
 OUTSIDE: dict[str, Callable[[Rng, Scale], Hidden]] = {
     "parametric": outside.parametric,
-    "hunt_crossley": outside.hunt_crossley,
     "fractional": outside.fractional,
     "position_damping": outside.position_damping,
     "thixotropic": outside.thixotropic,

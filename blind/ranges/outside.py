@@ -14,14 +14,6 @@ def parametric(rng: Rng, at: Scale) -> Hidden:
     return Hidden({"share": share, "frequency": f}, ((laws.PARAMETRIC, p, ()),))
 
 
-def hunt_crossley(rng: Rng, at: Scale) -> Hidden:
-    """Return the hidden effect."""
-    a = rng.uniform(0.2, 0.7) * at.displacement
-    k = log_uniform(rng, 1.0, 5.0) * at.stiffness / np.sqrt(at.displacement)
-    p = (k, a, a, rng.uniform(0.3, 0.9) / at.velocity)
-    return Hidden({"clearance": a}, ((laws.HUNT_CROSSLEY, p, (-a, a)),))
-
-
 def fractional(rng: Rng, at: Scale) -> Hidden:
     """Return the hidden effect."""
     order, k = rng.uniform(0.3, 0.7), log_uniform(rng, 0.2, 0.8) * at.stiffness

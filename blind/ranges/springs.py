@@ -1,5 +1,7 @@
 """Springs of every form: what depends on displacement alone."""
 
+import numpy as np
+
 from blind import laws
 from blind.draws import Rng, log_uniform, sign
 from blind.ranges.scale import Hidden, Scale
@@ -32,6 +34,18 @@ def stop(rng: Rng, at: Scale) -> Hidden:
     return Hidden(
         {"stiffness": k, "clearance": a, "side": side},
         ((laws.STOP, (k, a, side), (side * a,)),),
+        main="clearance",
+    )
+
+
+def hertz(rng: Rng, at: Scale) -> Hidden:
+    """Return the hidden effect."""
+    a = rng.uniform(0.2, 0.7) * at.displacement
+    k = log_uniform(rng, 1.0, 5.0) * at.stiffness / np.sqrt(at.displacement)
+    factor = rng.uniform(0.3, 0.9) / at.velocity
+    return Hidden(
+        {"stiffness": k, "clearance": a, "restitution_loss": factor / 1.5},
+        ((laws.HUNT_CROSSLEY, (k, a, a, factor), (-a, a)),),
         main="clearance",
     )
 

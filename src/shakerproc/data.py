@@ -29,6 +29,7 @@ Role: TypeAlias = Literal[
     "strain",
     "voltage",
     "tachometer",
+    "condition",
     "ignore",
 ]
 
@@ -42,6 +43,7 @@ ROLE_UNITS: Mapping[Role, tuple[str, ...]] = MappingProxyType({
     "strain": ("1",),
     "voltage": ("V",),
     "tachometer": ("V", "rad/s", "rad"),
+    "condition": ("V", "N", "N m", "Pa", "m", "1"),
 })
 """SI units that a channel of each role may have: of translation, then of rotation; of a
 tachometer pulses, a speed or an angle."""

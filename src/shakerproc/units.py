@@ -148,6 +148,8 @@ _DECIBELS: Final = re.compile(r"dB\s*\(?re\.?:?\s*(?P<reference>[^()]+|.+\^.+/.+
 """A level with its reference, as in ``dB re 1 µm/s``."""
 _TEMPERATURES: Final = {"K": (1.0, 0.0), "degC": (1.0, 273.15), "degF": (5.0 / 9.0, 459.67)}
 """Size of a degree [K], and the degrees from absolute zero to its zero."""
+_HALF_POWER: Final = re.compile(r"(\^-?[0-9])\.5(?![0-9])")
+"""A power of a half, as in ``N/m^1.5``; the only ones that are not whole."""
 _POWER: Final = re.compile(r"(?<=[A-Za-z)])([23])(?![0-9.])")
 """A power without its sign, as in ``g2/Hz``."""
 _SUPERSCRIPT: Final = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -351,6 +353,23 @@ def numbered(unit: str) -> tuple[float, str]:
     return float(match[0]), plain[match.end() :].strip()
 
 
+def any_quantity(written: object) -> tuple[float, str]:
+    """Return a quantity of any kind [SI], and the unit that it is written in.
+
+    Raises
+    ------
+    ValueError
+        If it is no number with a unit.
+    """
+    wanted = f"expected a quantity with its unit, such as 2 V, got {quoted(written)}"
+    if not isinstance(written, str):
+        raise ValueError(wanted)
+    unit = spelled(numbered(written)[1])
+    if unit == written or problem_of_unit(unit) is not None:
+        raise ValueError(wanted)
+    return to_si(written, unit), unit
+
+
 def is_same_unit(unit: str, other: str) -> bool:
     """Return whether two units are the same, however written: ``m/s²`` is ``m/s^2``."""
     parsed = _parsed(spelled(unit), "g_n") if unit.strip() else unit
@@ -548,9 +567,10 @@ def _not_written(unit: str) -> str:
 
 def _problem_of(unit: str) -> str | None:
     """Return the error in the spelling of a unit, before pint sees it."""
-    if _WRITABLE.fullmatch(unit) is None:
+    whole = _HALF_POWER.sub(r"\1", unit)
+    if _WRITABLE.fullmatch(whole) is None:
         return f"{quoted(unit)} is not a unit"
-    if re.search(r"\d\d|\d\.|\.\d|\*\*.*\*\*|\^[^-\d]|(?<!\^)-|--|\^-?\d*\^|\(\(\(", unit):
+    if re.search(r"\d\d|\d\.|\.\d|\*\*.*\*\*|\^[^-\d]|(?<!\^)-|--|\^-?\d*\^|\(\(\(", whole):
         return _not_written(unit)
     for symbol in _SYMBOL.findall(unit):
         if symbol not in _KNOWN:

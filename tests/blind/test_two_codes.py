@@ -27,6 +27,8 @@ def parameters(kind, drawn):
     numbers = dict(drawn)
     if kind == "stop":
         numbers["side"] = "positive" if numbers["side"] > 0.0 else "negative"
+    if kind == "hertz_contact":
+        numbers["side"] = "both"
     if kind == "lugre_friction":
         numbers["viscous_damping"] = 0.0
     return numbers

@@ -156,7 +156,7 @@ REFUSED = [
     (uff, {"analysis_type": 5, "freq_step_n": 1}, "modes.unv", NODES, r"modes\.unv: no data set 55 with normal or complex modes"),
     (uff, {"modal_mass": 1.0, "modal_m": 0.0}, "modes.unv", NODES, r"modes\.unv: mode 1 is complex or has no modal mass"),
     (punch, {}, "modes.pch", NODES, r"beam\.yaml:2:13: modes_from: modes\.pch holds no damping; state damping_ratio"),
-    (punch, {}, "modes.op2", NODES, r"beam\.yaml:2:13: modes_from: no reader for .*\.csv"),
+    (punch, {}, "modes.step", NODES, r"beam\.yaml:2:13: modes_from: no reader for .*\.csv"),
     (lambda _: None, {}, "modes.pch", NODES, r'beam\.yaml:2:13: modes_from: no file "modes.pch" beside beam\.yaml'),
 ]  # fmt: skip
 

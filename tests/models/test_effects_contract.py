@@ -21,6 +21,7 @@ DESIGN = """
 spring (stiffness); damper (damping, damping_ratio); gap (stiffness, clearance);
 offset_gap (stiffness, clearance_positive, clearance_negative);
 stop (stiffness, clearance, side);
+hertz_contact (stiffness, clearance, restitution_loss, side);
 cubic_stiffness (coefficient); quadratic_stiffness (coefficient);
 power_law (force, reference_displacement, exponent); coulomb_friction (sliding_force);
 stribeck_friction (sliding_force, breakaway_force, stribeck_velocity);

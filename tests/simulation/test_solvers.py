@@ -40,7 +40,7 @@ PIECEWISE_LINEAR = {
     "spring", "damper", "gap", "offset_gap", "stop", "jump_gap", "coulomb_friction",
     "contact_damping", "jenkins", "attached_mode", "constant_force",
 }  # fmt: skip
-NOT_ANALYTIC = {"table", "power_iwan"}
+NOT_ANALYTIC = {"table", "power_iwan", "hertz_contact"}
 
 
 def shaken(*effects, mass=0.0286, sensors=None):

@@ -266,7 +266,7 @@ def test_a_mistake_is_told_at_its_place(log, old, new, match):
     assert (caught.value.line, caught.value.column) == place_of(marked), message
     assert message.startswith(f"{path}:{caught.value.line}:{caught.value.column}: ")
     assert message.isprintable()
-    assert len(message) - len(str(path)) < 330
+    assert len(message) - len(str(path)) < 350
 
 
 PROGRAM = """

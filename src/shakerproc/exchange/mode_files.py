@@ -1,4 +1,4 @@
-"""Modes as other programs write them: a table, UFF data set 55, Nastran punch, CalculiX."""
+"""Modes as other programs write them: table, UFF data set 55, Nastran punch, OP2, CalculiX."""
 
 import csv
 import math
@@ -20,6 +20,7 @@ from shakerproc.exchange.mode_table import (
     PARTICIPATION,
     ModeTable,
 )
+from shakerproc.exchange.nastran_op2 import read_op2
 from shakerproc.exchange.nastran_punch import read_modes
 from shakerproc.geometry import Place
 from shakerproc.geometry.data_sets import UffError, data_sets
@@ -244,6 +245,23 @@ def _read_punch(path: Path) -> ModeTable:
     return ModeTable(places, frequencies, shapes, units="no units")
 
 
+def _read_op2(path: Path) -> ModeTable:
+    """Return the eigenvectors of an OP2 file, for unit mass."""
+    found = read_op2(path)
+    places = tuple(f"{node}/{axis}" for node in found.nodes for axis in COMPONENTS)
+    return ModeTable(
+        places,
+        found.frequencies,
+        found.shapes.reshape(len(places), -1),
+        positions={
+            f"{node}/{axis}": place
+            for node, place in found.positions.items()
+            for axis in COMPONENTS
+        },
+        units="no units",
+    )
+
+
 def _of_calculix(read: Callable[[Path], CalculixModes]) -> Callable[[Path], ModeTable]:
     """Return a reader of modes that CalculiX normalised: for unit mass."""
 
@@ -272,6 +290,7 @@ READERS: Final[Mapping[str, Callable[[Path], ModeTable]]] = MappingProxyType({
     ".uff": _read_uff,
     ".unv": _read_uff,
     ".pch": _read_punch,
+    ".op2": _read_op2,
     ".frd": _of_calculix(read_frd),
     ".dat": _of_calculix(read_dat),
 })

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import DocumentError, ModelError
+from shakerproc.model_files.conditions import KEY, Conditions, under
 from shakerproc.model_files.schema import (
     ModelSchema,
     ProvenanceSection,
@@ -256,8 +257,8 @@ class ModelFile:
         return f"Model {self.path}: {self.model.title}; {elements}"
 
 
-def read_model(path: Path) -> Model:
-    """Return the model that a YAML file describes.
+def read_model(path: Path, conditions: Conditions | None = None) -> Model:
+    """Return the model that a YAML file describes, under the conditions of a test.
 
     Raises
     ------
@@ -265,10 +266,10 @@ def read_model(path: Path) -> Model:
         If the file is not strict YAML, or something in it is unknown, missing, without unit,
         not physical, or cannot stand; with line and column.
     """
-    return read_model_file(path).model
+    return read_model_file(path, conditions).model
 
 
-def read_model_file(path: Path) -> ModelFile:
+def read_model_file(path: Path, conditions: Conditions | None = None) -> ModelFile:
     """Return the model that a YAML file describes, and where everything stands in it.
 
     Raises
@@ -292,10 +293,10 @@ def read_model_file(path: Path) -> ModelFile:
         name: _mass(document, ("masses", name), written, motion)
         for name, written in said.masses.items()
     }
-    elements = tuple(
-        _element(document, ("elements", i), element, places, motion)
-        for i, element in enumerate(said.elements)
-    )
+    elements = [
+        _element(document, ("elements", i), places, motion, conditions)
+        for i in range(len(said.elements))
+    ]
     sensors = {
         name: _sensor(document, ("sensors", name), places, motion) for name in said.sensors
     }
@@ -306,7 +307,7 @@ def read_model_file(path: Path) -> ModelFile:
         model = Model(
             said.title or path.stem,
             masses,
-            elements,
+            tuple(element for element in elements if element is not None),
             excitation,
             sensors,
             modes,
@@ -378,12 +379,14 @@ def _mixed(written: object, motion: Motion) -> str:
 
 def _element(
     document: Document[ModelSchema],
-    place: Sequence[str | int],
-    said: Any,
+    place: tuple[str, int],
     places: list[str],
     motion: Motion,
-) -> Element:
-    effect = read_kind(document, place, said, EFFECTS, also=("between",), motion=motion)
+    conditions: Conditions | None,
+) -> Element | None:
+    """Return an element; None where a condition leaves nothing of its force."""
+    said, also = document.value.elements[place[1]], ("between", KEY)
+    effect = read_kind(document, place, said, EFFECTS, also=also, motion=motion)
     between = said.get("between")
     if "between" not in said:
         raise document.error(place, f"{effect.kind} needs between: [{BASE}, {places[1]}]")
@@ -405,7 +408,10 @@ def _element(
         raise document.error(
             (*place, "between"), f"expected the mass that it sits on last, got {BASE}"
         )
-    return Element(effect, tuple(between))
+    scaled = (
+        under(document, (*place, KEY), effect, said[KEY], conditions) if KEY in said else effect
+    )
+    return None if scaled is None else Element(scaled, tuple(between))
 
 
 def _sensor(

@@ -29,6 +29,7 @@ EXAMPLES: Mapping[str, AbstractEffect] = MappingProxyType({
         effects.LuGreFriction(1.5, 2.5, 5e-3, 3e5, 20.0, 1.0),
         effects.QuadraticDamping(30.0),
         effects.ContactDamping(10.0, 5e-5),
+        effects.HertzContact(1.2e7, 5e-5, 2.0, "both"),
         effects.Jenkins(1.2e5, 4.0),
         effects.Iwan(1.2e5, 6e-5),
         effects.PowerIwan(1.2e5, 6e-5, -0.5),

@@ -38,6 +38,7 @@ class Law(IntEnum):
     CONSTANT = 15  # a force
     SERIES = 16  # one state u: play, spring, slider, damper; k, a+, a-, Fs, 1 / c
     TABLE = 17  # a tabulated law, its numbers in `table`
+    HERTZ = 18  # s k d^1.5 (1 + c s v) where d = s (z - a) > 0, and where that is not below 0
 
 
 @final

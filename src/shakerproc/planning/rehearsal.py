@@ -40,9 +40,9 @@ from shakerproc.simulation.pieces import finer as finer_samples
 from shakerproc.simulation.pieces import interpolation_error
 from shakerproc.testlog import Test
 from shakerproc.testlog.excitation import FORCES, LEVELS
-from shakerproc.units import from_si, sensitivity
+from shakerproc.units import any_quantity, from_si, is_unit_of, sensitivity
 
-Holds = Literal["base", "force", "sensor", "mass", "nothing"]
+Holds = Literal["base", "force", "sensor", "mass", "condition", "nothing"]
 
 _USUAL: Final = {"m/s^2": "g", "1": "m/m"}
 """Unit of a file for an SI unit, where the log says none; SI elsewhere."""
@@ -61,10 +61,10 @@ class WrittenChannel:
         SI unit of what is measured.
     volts_per_unit : float, optional
         Sensitivity, where the file is to hold volts [V per unit of `quantity`].
-    holds : {"base", "force", "sensor", "mass", "nothing"}
+    holds : {"base", "force", "sensor", "mass", "condition", "nothing"}
         What the samples are.
     source : str
-        Name of the sensor or mass.
+        Name of the sensor or mass, or the value of the condition.
     """
 
     channel: Channel
@@ -121,6 +121,9 @@ def _places(uses: Sequence[ChannelUse]) -> list[tuple[str, ChannelUse | None]]:
 
 
 def _written(test: Test, model: Model, name: str, use: ChannelUse | None) -> WrittenChannel:
+    condition = None if use is None else _condition(test, use)
+    if condition is not None:
+        return condition
     if use is None or use.role in {"ignore", "tachometer"}:
         return WrittenChannel(Channel(name, "V", name, "V"), "V", None, "nothing")
     quantity = model.unit_of(ROLE_UNITS[use.role][0])
@@ -134,6 +137,20 @@ def _written(test: Test, model: Model, name: str, use: ChannelUse | None) -> Wri
     if not _converts(quantity, unit):
         unit = usual
     return WrittenChannel(Channel(name, quantity, name, unit), quantity, None, holds, source)
+
+
+def _condition(test: Test, use: ChannelUse) -> WrittenChannel | None:
+    """Return the channel of a condition that the test states; None of any other."""
+    name = use.name or str(use.key)
+    said = test.conditions.get(name)
+    if said is None or use.key not in {one.key for one in test.measured_conditions}:
+        return None
+    value, unit = any_quantity(said)
+    quantity = next((u for u in ROLE_UNITS["condition"] if is_unit_of(unit, u)), None)
+    if quantity is None:
+        return None
+    channel = Channel(str(use.key), quantity, str(use.key), quantity)
+    return WrittenChannel(channel, quantity, None, "condition", repr(value))
 
 
 def _converts(quantity: str, unit: str) -> bool:
@@ -470,8 +487,8 @@ def _with_noise(
 
 def _sensed(one: WrittenChannel, found: SimulatedResponse, driven: _Driven) -> FloatArray:
     """Return the measured quantity of a channel at every step, (n,) array."""
-    if one.holds == "nothing":
-        return np.zeros_like(driven.samples)
+    if one.holds in {"condition", "nothing"}:
+        return np.full_like(driven.samples, float(one.source or 0.0))
     if one.holds in {"base", "force"}:
         return driven.samples
     if one.holds == "sensor":

@@ -258,7 +258,11 @@ def _by_the_file(channel: RawChannel, use: ChannelUse, wanted: str) -> str:
     if known is not None and known[0] == "V":
         entry = _entry(use, f"sensitivity: {_SENSITIVITIES[wanted]}")
         return f"say what a volt stands for, such as {entry}"
-    fitting = [r for r, fit in ROLE_UNITS.items() if known is not None and known[0] in fit]
+    fitting = [
+        role
+        for role, fit in ROLE_UNITS.items()
+        if known is not None and known[0] in fit and role != "condition"  # that is any quantity
+    ]
     return "give it " + " or ".join(f"role: {role}" for role in [*fitting, "ignore"])
 
 

@@ -19,6 +19,7 @@ from pydantic import AfterValidator, BeforeValidator
 from shakerproc.data import ROLE_UNITS
 from shakerproc.errors import LogError
 from shakerproc.units import (
+    any_quantity,
     fits_sensitivity,
     in_unit,
     is_unit_of,
@@ -53,6 +54,15 @@ Hertz: TypeAlias = Annotated[float | None, in_unit("Hz", positive=True)]
 Seconds: TypeAlias = Annotated[float | None, in_unit("s", not_negative=True)]
 Length: TypeAlias = Annotated[float | None, in_unit("m", not_negative=True)]
 Decibels: TypeAlias = Annotated[float | None, in_unit("dB", positive=True)]
+
+
+def _checked_quantity(written: object) -> object:
+    any_quantity(written)
+    return written
+
+
+Quantity: TypeAlias = Annotated[str, BeforeValidator(_checked_quantity)]
+"""A quantity of any kind, with its unit."""
 
 
 def one_line(text: str) -> str:

@@ -176,6 +176,10 @@ class Test:
         How long a planned test is to shake, where no rate says it [s].
     geometry : Wireframe, optional
         Nodes, lines and surfaces of the structure.
+    conditions : mapping of str to str
+        Quantities that scale effects of a model, such as ``2 V``, by their names.
+    measured_conditions : tuple of ChannelUse
+        Channels that measure such quantities; among `channels` they are ignored.
     """
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
@@ -217,6 +221,8 @@ class Test:
     planned: bool = False
     duration: float | None = None
     geometry: Wireframe | None = None
+    conditions: Mapping[str, str] = field(default_factory=dict)
+    measured_conditions: tuple[ChannelUse, ...] = ()
 
     @property
     def band(self) -> tuple[float, float] | None:

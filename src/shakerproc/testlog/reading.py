@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, final
+from typing import Final, Literal, final
 
 from shakerproc.data import Calibration, ChannelUse
 from shakerproc.documents import Document, Key, read_document
@@ -77,6 +77,10 @@ def _require_recordings(log: TestLog) -> None:
         raise log.document.error(("tests", missing[0], "recording"), found + more)
 
 
+CONDITION: Final = "condition"
+"""Role of a channel that scales effects of a model."""
+
+
 class _Reader:
     """Builds the tests of one log, and remembers what they must not share."""
 
@@ -136,7 +140,7 @@ class _Reader:
         specimen, actual = self._specimen(i, section), section.actual_clearance
         level, level_unit = self._level(i, section)
         per_octave, linear = self._rate(i, section)
-        channels, processing = self._merged(i, section)
+        channels, measured, processing = self._merged(i, section)
         with _At(self.document, "tests", i):
             profile = fitting_profile(self.profiles, section, level_unit)
             low, high = _ends(section, profile)
@@ -182,6 +186,8 @@ class _Reader:
             planned=section.planned,
             duration=section.duration,
             geometry=self.geometry,
+            conditions=section.conditions,
+            measured_conditions=measured,
         )
         with _At(self.document, "tests", i):
             self.sharing.check(test, line)
@@ -298,7 +304,8 @@ class _Reader:
 
     def _merged(
         self, i: int, section: TestSection
-    ) -> tuple[tuple[ChannelUse, ...], Processing]:
+    ) -> tuple[tuple[ChannelUse, ...], tuple[ChannelUse, ...], Processing]:
+        """Return the channels, those that measure conditions, and the processing of a test."""
         channels, processing = self.channels, self.processing
         if section.channels:
             with _At(self.document, "tests", i, "channels"):
@@ -306,7 +313,11 @@ class _Reader:
         if section.channels or "processing" in section.model_fields_set:
             with _At(self.document, "tests", i, "processing"):
                 processing = merged_processing(processing, section.processing, channels)
-        return channels, processing
+        measured = tuple(use for use in channels if use.role == CONDITION)
+        analysed = tuple(
+            replace(use, role="ignore") if use.role == CONDITION else use for use in channels
+        )
+        return analysed, measured, processing
 
 
 def _recordings(document: Document[LogSection]) -> Below:

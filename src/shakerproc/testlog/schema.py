@@ -23,6 +23,7 @@ from shakerproc.testlog.fields import (
     Length,
     Metre,
     MisfitError,
+    Quantity,
     Remark,
     SensitivityText,
     Text,
@@ -282,6 +283,7 @@ class TestSection(Section):
     duration: Annotated[float | None, in_unit("s", positive=True)] = None
     profile: Text | None = None
     tags: dict[Text, str | int | float | bool] = Field(default_factory=dict)
+    conditions: dict[Text, Quantity] = Field(default_factory=dict)
     channels: Channels = Field(default_factory=dict)
     processing: ProcessingSection = Field(default_factory=ProcessingSection)
     expect: ExpectSection = Field(default_factory=ExpectSection)

@@ -14,9 +14,10 @@ import numpy as np
 
 from shakerproc.errors import ArgumentError
 from shakerproc.executors import AbstractExecutor, ClusterExecutor, Limits, ProcessExecutor
-from shakerproc.model_files import ModelFile, read_model_file
+from shakerproc.model_files import Conditions, ModelFile, read_model_file
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog, read_testlog
+from shakerproc.units import any_quantity
 
 AnyPath: TypeAlias = str | PathLike[str]
 
@@ -222,13 +223,15 @@ def read_log(path: AnyPath) -> TestLog:
     return read_testlog(file_of("path", path, "a test log"))
 
 
-def read_model(path: AnyPath) -> ModelFile:
+def read_model(path: AnyPath, *, conditions: Mapping[str, str] | None = None) -> ModelFile:
     """Return the model that a YAML file describes.
 
     Parameters
     ----------
     path : path
         The file.
+    conditions : mapping of str to str, optional
+        Quantities that scale effects, with their units, such as ``{"voltage": "2 V"}``.
 
     Returns
     -------
@@ -238,12 +241,25 @@ def read_model(path: AnyPath) -> ModelFile:
     Raises
     ------
     ArgumentError
-        If `path` is no path of a file.
+        If `path` is no path of a file, or a condition no quantity.
     DocumentError
         If the file is not strict YAML, or something in it is unknown, missing, without unit or
-        not physical; with line and column.
+        not physical, or a condition that scales an effect is missing; with line and column.
     """
-    return read_model_file(file_of("path", path, "a model"))
+    said = None if conditions is None else _conditions(conditions)
+    return read_model_file(file_of("path", path, "a model"), said)
+
+
+def _conditions(given: Any) -> Conditions:
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        wanted = 'expected names with quantities, such as {"voltage": "2 V"}'
+        raise ArgumentError("conditions", f"{wanted}, got {argument_text(given)}")
+    for name, written in given.items():
+        try:
+            any_quantity(written)
+        except ValueError as error:
+            raise ArgumentError("conditions", f"{name}: {error}") from error
+    return Conditions(given, "conditions")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,6 @@
 """Response of a model to an input in memory, and a campaign simulated as its log says."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
@@ -146,7 +146,7 @@ def _samples(given: Any) -> FloatArray:
 
 
 def rehearse_campaign(
-    model: "Model",
+    model: "Model | Mapping[int | str, Model]",
     log: "TestLog",
     staging: "Staging",
     *,
@@ -160,6 +160,8 @@ def rehearse_campaign(
 
     Parameters
     ----------
+    model : Model or mapping of int or str to Model
+        What is shaken, or that under the conditions of each test, by its id.
     folder : Path, optional
         Where a copy of the log goes, and the recordings below it; by default they are written
         beside the log itself.
@@ -200,7 +202,7 @@ def rehearse_campaign(
         _copy_log(log, target, overwrite=overwrite)
     found = []
     for test, path in zip(named, paths, strict=True):
-        made = rehearse(model, test, staging)
+        made = rehearse(model if isinstance(model, Model) else model[test.id], test, staging)
         write_recording(path, made.recording)
         found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
         advance(f"test {test.id}")

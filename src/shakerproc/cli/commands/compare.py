@@ -85,6 +85,7 @@ def compare(
     from shakerproc.report.evidence.models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
+    from shakerproc.workflows.conditions import models_of_tests
     from shakerproc.workflows.evidence import Evidence, inputs_of
 
     folder = Path(f"{model.stem}_compare") if out is None else out
@@ -97,20 +98,23 @@ def compare(
     announce()
     folders.check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
-    shaken, model_hash = read_hashed(read_model, model)
+    of_tests, model_hash = read_hashed(
+        lambda path: models_of_tests(path, campaign.recorded(), output.message), model
+    )
+    shaken = next(iter(of_tests.values()))
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
     older = None
     if before is not None:
         older, older_hash = read_hashed(read_model, before)
         documents.insert(0, ("model", before, older_hash))
     if shaken.excitation.role is None:
-        shaken_alone = (shaken, older, campaign)
+        shaken_alone = (of_tests, older, campaign)
         _decays(folder, shaken_alone, documents, fit=fit, figures=figures, json=json, pdf=pdf)
         return
     once = output.Once()
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_models(
-            shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning
+            of_tests, campaign, before=older, fit=fit, tell=advance, warn=once.warning
         )
     found, measured = compared.found, [test.measured for test in compared.found.tests]
     models = Models(found, old=shaken.title)
@@ -179,7 +183,7 @@ def _functions(
 
 def _decays(
     folder: Path,
-    asked: "tuple[Model, Model | None, TestLog]",
+    asked: "tuple[Mapping[int | str, Model], Model | None, TestLog]",
     documents: "Sequence[Document]",
     *,
     fit: bool,
@@ -190,9 +194,11 @@ def _decays(
     """Compare a model that nothing drives with free decays."""
     from shakerproc import files
     from shakerproc.workflows.comparison import compare_free_decays
+    from shakerproc.workflows.conditions import alone
     from shakerproc.workflows.evidence import inputs_of
 
-    model, older, campaign = asked
+    of_tests, older, campaign = asked
+    model = alone(of_tests, "free decays")
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_free_decays(
             model, campaign, before=older, fit=fit, tell=advance, warn=output.warning

@@ -13,6 +13,7 @@ from shakerproc.models.effects.cubic_stiffness import CubicStiffness
 from shakerproc.models.effects.damper import Damper
 from shakerproc.models.effects.gap import Gap
 from shakerproc.models.effects.general_bouc_wen import GeneralBoucWen
+from shakerproc.models.effects.hertz_contact import HertzContact
 from shakerproc.models.effects.iwan import Iwan
 from shakerproc.models.effects.jenkins import Jenkins
 from shakerproc.models.effects.jump_gap import JumpGap
@@ -47,6 +48,7 @@ EFFECTS: EffectRegistry = EffectRegistry({
     LuGreFriction.kind: LuGreFriction,
     QuadraticDamping.kind: QuadraticDamping,
     ContactDamping.kind: ContactDamping,
+    HertzContact.kind: HertzContact,
     Jenkins.kind: Jenkins,
     Iwan.kind: Iwan,
     PowerIwan.kind: PowerIwan,
@@ -78,6 +80,7 @@ __all__ = [
     "Damper",
     "Gap",
     "GeneralBoucWen",
+    "HertzContact",
     "Iwan",
     "Jenkins",
     "JumpGap",

@@ -12,6 +12,7 @@ from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
     EVEN_POWER,
     FRICTION,
+    HERTZ,
     HOLDING,
     IWAN,
     JENKINS,
@@ -78,16 +79,28 @@ def event(machine: Machine, row: int, which: int) -> tuple[int, float, float]:
         return _event_in_series(machine, row, which)
     if law == TABLE:
         return table_event(machine, row, which)
+    if law == HERTZ and which == 1:
+        return _event_of_parting(machine, row)
     if which == 1:
         return NONE, 0.0, 0.0
-    if wall(law):
-        side = machine.values[row, 2] * (1.0 - 2.0 * mode)
+    if wall(law) or law == HERTZ:
+        side = machine.values[row, 2] * (1.0 if mode == 0 else -1.0)
         return DISPLACEMENT, side, side * machine.values[row, 1]
     if law == QUADRATIC_DAMPING or law == LUGRE:
         return VELOCITY, -1.0 * mode, 0.0
     if signed(law, machine.values[row, 2]):
         return DISPLACEMENT, -1.0 * mode, 0.0
     return NONE, 0.0, 0.0
+
+
+@inlined
+def _event_of_parting(machine: Machine, row: int) -> tuple[int, float, float]:
+    """Return when a Hertz contact starts to part faster than it recovers, or ends to."""
+    factor = machine.values[row, 3]
+    if machine.mode[row, 0] == 0 or factor == 0.0:
+        return NONE, 0.0, 0.0
+    parts = 1.0 if machine.mode[row, 0] == 1 else -1.0
+    return VELOCITY, -parts * machine.values[row, 2], parts / factor
 
 
 @inlined
@@ -139,6 +152,8 @@ def start(
         mode = 0
     elif law == SERIES:
         mode = _start_in_series(machine, row, state)
+    elif law == HERTZ:
+        mode = _start_in_contact(machine, row, displacement, velocity)
     elif law == TABLE:
         mode = region_of(machine, row, displacement, velocity)
     machine.mode[row, 0] = mode
@@ -165,6 +180,14 @@ def _start_iwan(
 
 
 @inlined
+def _start_in_contact(machine: Machine, row: int, displacement: float, velocity: float) -> int:
+    side = machine.values[row, 2]
+    if side * (displacement - machine.values[row, 1]) <= 0.0:
+        return 0
+    return 1 if 1.0 + machine.values[row, 3] * side * velocity > 0.0 else 2
+
+
+@inlined
 def _start_in_series(machine: Machine, row: int, state: float) -> int:
     if state > machine.values[row, 1]:
         return 1
@@ -183,6 +206,8 @@ def follow(machine: Machine, row: int, which: int, displacement: float) -> None:
         machine.mode[row, 0] = mode ^ (which + 1)
     elif law == SERIES:
         machine.mode[row, 0] = _after_in_series(machine, row, which)
+    elif law == HERTZ:
+        machine.mode[row, 0] = 1 if mode == 0 else which * (3 - mode)
     elif law == TABLE:
         top = int(machine.values[row, 3])
         machine.mode[row, 0] = mode + (1 if which == 0 and mode < top else -1)

@@ -19,6 +19,7 @@ from shakerproc.simulation.kernels.table import (
     DRIFT,
     EVEN_POWER,
     FRICTION,
+    HERTZ,
     IWAN,
     JENKINS,
     JUMP,
@@ -147,6 +148,8 @@ def law_series(
         return (k if order == 0 else 0.0), 0.0
     if law == SERIES:
         return _elements_in_series(machine, row, order, lines)
+    if law == HERTZ:
+        return (_hertz(machine, row, order, lines) if mode == 1 else 0.0), 0.0
     if law == TABLE:
         return _tabulated(machine, row, order, lines), 0.0
     return math.nan, 0.0
@@ -177,6 +180,20 @@ def _power_law(machine: Machine, row: int, order: int, lines: FloatArray) -> flo
         lines[row, PLANES - 1, order] = result
         result = product(lines, row, PLANES - 1, VELOCITY, order)
     return result
+
+
+@inlined
+def _hertz(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
+    side = machine.values[row, 2]
+    depth = side * lines[row, DISPLACEMENT, order]
+    held = machine.values[row, 3] * side * lines[row, VELOCITY, order]
+    if order == 0:
+        depth -= side * machine.values[row, 1]
+        held += 1.0
+    lines[row, BASE, order] = depth
+    lines[row, PLANES - 1, order] = held
+    power(lines, row, 1.5, order)
+    return side * machine.values[row, 0] * product(lines, row, BASE + 1, PLANES - 1, order)
 
 
 @inlined

@@ -28,6 +28,7 @@ BOUC_WEN: Final = int(Law.BOUC_WEN)
 CONSTANT: Final = int(Law.CONSTANT)
 SERIES: Final = int(Law.SERIES)
 TABLE: Final = int(Law.TABLE)
+HERTZ: Final = int(Law.HERTZ)
 
 LAW: Final = 0  # columns of `lines`
 MEMORY: Final = 1
@@ -58,9 +59,9 @@ class Machine(NamedTuple):
     values : (r, 6) array
         Numbers of each law.
     mode : (r, 2) array of int
-        Branch of each line: 0 open or sticking, 1 closed, a direction, or the region of a
-        table (see `modes.event`); and how many turning points an Iwan line remembers. Written
-        to.
+        Branch of each line: 0 open or sticking, 1 closed, 2 parting without force, a
+        direction, or the region of a table (see `modes.event`); and how many turning points an
+        Iwan line remembers. Written to.
     anchor : (r, 4) array
         Where the branch of an Iwan line starts (displacement, force), where it ends, and its
         scale. Written to.

@@ -18,6 +18,7 @@ from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
     EVEN_POWER,
     FRICTION,
+    HERTZ,
     HIGHEST,
     HOLDING,
     IWAN,
@@ -312,10 +313,14 @@ def near_no_series(machine: Machine, series: Series, scales: FloatArray) -> bool
         exponent = machine.values[row, 2]
         if law == TABLE:
             return True
-        if exponent == int(exponent):
-            continue
         at, size = 1.0, 0.0
-        if law == BOUC_WEN:
+        if law == HERTZ:
+            if machine.mode[row, 0] == 1:
+                at = between(machine, row, series.y, 0, 0) - machine.values[row, 1]
+                size = scales[0]
+        elif exponent == int(exponent):
+            continue
+        elif law == BOUC_WEN:
             at, size = series.y[2 * n + state, 0], scales[2 * n + state]
         elif law == ODD_POWER or law == EVEN_POWER or law == POWER_DAMPING:
             at, size = between(machine, row, series.y, 0, 0), scales[0]
