@@ -10,7 +10,12 @@ import numpy as np
 
 from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
+from shakerproc.diagnosis.fitted_numbers import (
+    FittedNumbers,
+    fit_of,
+    fit_to_fewer,
+    numbers_of,
+)
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
@@ -274,12 +279,6 @@ def evidence_of(
     """
     drives = {test: prepared_drive(test) for group in levels for test in group}
     fitted = tuple(test for test in drives if not test.test.hold_out)
-    done: dict[tuple[Measured, ...], FittedNumbers] = {}
-
-    def numbers_of(tests: tuple[Measured, ...]) -> FittedNumbers:
-        if tests not in done:
-            done[tests] = fitted_numbers(model, tests, say)
-        return done[tests]
 
     def errors_of(
         own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
@@ -297,13 +296,15 @@ def evidence_of(
             for one in freed(raw[test], [e for other in near[test] for e in raw[other]])
         ]
 
-    numbers = numbers_of(fitted)
+    alone = fit_of(model, fitted, say)
+    numbers = numbers_of(alone)
     errors = errors_of(numbers, fitted, fitted)
     below: tuple[Measured, ...] = ()
     for group in levels:
-        if below:
-            say(f"level {group[0].test.level_text} forecast from those below it")
-            errors += errors_of(numbers_of(below), group, below)
+        say(f"level {group[0].test.level_text} forecast from those below it")
+        own = fit_to_fewer(alone, [test in below for test in fitted])
+        if own is not None:
+            errors += errors_of(numbers_of(own), group, below)
         below += tuple(test for test in group if not test.test.hold_out)
     runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
     return ModelEvidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
