@@ -123,9 +123,12 @@ def fit_to_fewer(found: Fit, counted: Sequence[bool]) -> Fit | None:
     Returns
     -------
     Fit or None
-        None where these are too short for the horizon, or the motion runs away.
+        The same where all count; None where these are too short for the horizon, or the
+        motion runs away.
     """
     which = np.flatnonzero(np.array(counted)[found.windows.table[:, 0]])
+    if which.size == len(found.windows):
+        return found
     if not which.size:
         return None
     return fit(

@@ -1,8 +1,8 @@
 """Forecasts of planned tests, with bands that were earned on the levels that were run."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any, Final, final
 
@@ -280,31 +280,30 @@ def evidence_of(
     drives = {test: prepared_drive(test) for group in levels for test in group}
     fitted = tuple(test for test in drives if not test.test.hold_out)
 
+    @cache
+    def raw(own: FittedNumbers, test: Measured, highest: float) -> list[LevelError]:
+        return level_errors(own, test, drives[test], highest)
+
     def errors_of(
         own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
-    ) -> list[LevelError]:
+    ) -> Iterator[LevelError]:
         highest = max(map(amplitude_of_measured, known))
-        near = {
-            test: nearest_level(known, test.test.excitation, amplitude_of_measured(test))
-            for test in of
-        }
-        asked = dict.fromkeys([*of, *(one for each in near.values() for one in each)])
-        raw = {test: level_errors(own, test, drives[test], highest) for test in asked}
-        return [
-            one
-            for test in of
-            for one in freed(raw[test], [e for other in near[test] for e in raw[other]])
-        ]
+        for test in of:
+            amplitude = amplitude_of_measured(test)
+            near = nearest_level(known, test.test.excitation, amplitude)
+            there = [one for other in near for one in raw(own, other, highest)]
+            yield from freed(raw(own, test, highest), there)
 
     alone = fit_of(model, fitted, say)
     numbers = numbers_of(alone)
-    errors = errors_of(numbers, fitted, fitted)
+    errors = list(errors_of(numbers, fitted, fitted))
     below: tuple[Measured, ...] = ()
     for group in levels:
         say(f"level {group[0].test.level_text} forecast from those below it")
-        own = fit_to_fewer(alone, [test in below for test in fitted])
-        if own is not None:
-            errors += errors_of(numbers_of(own), group, below)
+        fewer = fit_to_fewer(alone, [test in below for test in fitted])
+        if fewer is not None:
+            own = numbers if fewer is alone else numbers_of(fewer)
+            errors += errors_of(own, group, below)
         below += tuple(test for test in group if not test.test.hold_out)
     runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
     return ModelEvidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
