@@ -42,6 +42,10 @@ PAIRED_DRAWS: Final = 6
 LONGEST: Final = 60.0
 """Duration of steady vibration that is simulated; what is longer follows from it [s]."""
 
+CLOCKS: Final = 4e-5
+"""Standard uncertainty of a frequency by the clocks of controller and recorder, crystals that
+keep to 50 in a million each [-]."""
+
 STEADY: Final = ("random", "sine on random")
 """Kinds of excitation that are the same all along."""
 
@@ -193,7 +197,12 @@ def ensemble(
         rows = np.array(list(motion.responses.values()))
         spectra = densities(rows, motion.sample_rate, planned.excited)
         largest = partial(_largest, longer, generator)
-        values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
+        found = values_of_motion(model, motion, spectra, largest, planned.carried)
+        clock = 1.0 + CLOCKS * generator.standard_normal()
+        values.append({
+            quantity: value * clock if quantity.what == "peak_frequency_hz" else value
+            for quantity, value in found.items()
+        })
         frequency = spectra[0].frequency
         drawn_densities.append([one.values for one in spectra])
         for quantity, rows_of in passed.items():

@@ -49,6 +49,8 @@ class LevelError:
         Level above the highest that was fitted; 0 of a test that was fitted [dB].
     spread_db : float
         Standard deviation that the numbers leave [dB].
+    reached : bool
+        Whether some draws of the numbers lie beyond what was measured, others below.
     carried_db : float
         Error of the nearest level, which `predicted` is freed from (see `carried_of`) [dB].
     """
@@ -59,6 +61,7 @@ class LevelError:
     measured: float
     distance_db: float
     spread_db: float
+    reached: bool = False
     carried_db: float = 0.0
 
     @property
@@ -85,8 +88,10 @@ def carried_of(errors: Sequence[LevelError]) -> dict[Quantity, float]:
 
     with the mean :math:`\bar e` of a quantity's errors and the variance :math:`v` that the
     numbers, chance and calibration leave it: what these explain may be otherwise next time, the
-    rest is the model's (James and Stein, the positive part [1]_). A model that lacks what the
-    joint does is then no worse than linear scaling.
+    rest is the model's (James and Stein, the positive part [1]_). Where two resonances are as
+    high as each other, the largest is now one, now the other: an error that draws of the
+    numbers reach counts 0. A model that lacks what the joint does is then no worse than linear
+    scaling.
 
     Parameters
     ----------
@@ -101,7 +106,7 @@ def carried_of(errors: Sequence[LevelError]) -> dict[Quantity, float]:
     found = {}
     for quantity in {one.quantity: None for one in errors}:
         own = [one for one in errors if one.quantity == quantity]
-        mean = float(np.mean([one.error_db for one in own]))
+        mean = float(np.mean([0.0 if one.reached else one.error_db for one in own]))
         left = float(np.mean([one.spread_db**2 for one in own])) + FINEST_DB**2
         found[quantity] = mean * (1.0 - left / mean**2) if mean**2 > left else 0.0
     return found
@@ -261,11 +266,12 @@ def level_errors(
     found = []
     for quantity, value in run.values.items():
         spread = [decibels(one[quantity]) for one in each]
+        values = [one[quantity] for one in every]
         found.append(
             LevelError(
-                measured.name, quantity,
-                float(np.median([one[quantity] for one in every])), value, distance,
+                measured.name, quantity, float(np.median(values)), value, distance,
                 float(np.std(spread)) if len(spread) > 1 else np.inf,
+                reached=min(values) <= value <= max(values),
             )
         )  # fmt: skip
     return found
