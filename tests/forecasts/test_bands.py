@@ -1,5 +1,7 @@
 """Bands and limits against closed forms, and the model error against errors that were made."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.stats
@@ -65,6 +67,13 @@ def test_an_error_that_chance_explains_is_not_carried_on(spread):
     assert carried_of(near) == {RMS: 0.0}
     (next_level,) = freed(errors((6.0, 1.0, 0.2)), near)
     assert_allclose(next_level.error_db, 1.0, rtol=1e-9)
+
+
+def test_a_peak_that_changes_places_with_another_is_not_carried_on():
+    """Of two resonances as high as each other, draws of the numbers have both largest."""
+    (one,) = errors((0.0, 7.4, 3.2))
+    assert carried_of([one])[RMS] > 5.0
+    assert carried_of([replace(one, reached=True)]) == {RMS: 0.0}
 
 
 @pytest.mark.parametrize("slope", [0.4, 1.0, 2.5])
