@@ -121,9 +121,11 @@ def _effects(drawn: Drawn) -> list[Element]:
     found = []
     for effect in drawn.campaign.truth["effects"]:
         numbers = {
-            name: value * OFF if isinstance(value, float) and name != "side" else value
+            name: OFF * value if isinstance(value, float) else value
             for name, value in effect["parameters"].items()
         }
+        if "side" in numbers:
+            numbers["side"] = "positive" if numbers["side"] > 0.0 else "negative"
         found.append(Element(EFFECTS[effect["kind"]](**numbers), tuple(effect["between"])))
     return found
 
