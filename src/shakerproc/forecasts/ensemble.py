@@ -1,7 +1,7 @@
 """Simulated tests of one level: numbers, calibration and phases drawn anew for each."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, final
 
@@ -117,8 +117,8 @@ class Ensemble:
     failed: int
     passed: Mapping[Quantity, FloatArray] = field(default_factory=dict)
 
-    def changed_as(self, there: "Ensemble") -> dict[Quantity, FloatArray]:
-        r"""Return the values of all draws in another test, of which a few were simulated.
+    def changed_as(self, there: "Ensemble") -> "Ensemble":
+        r"""Return all draws in another test, of which a few were simulated.
 
         .. math:: x_i' = x_i \exp\left(\frac{1}{m} \sum_{k=1}^{m} \ln \frac{x_k'}{x_k}\right)
 
@@ -134,7 +134,7 @@ class Ensemble:
         for quantity, values in self.values.items():
             before, after = values[mine], there.values[quantity][other]
             found[quantity] = values * np.exp(np.mean(np.log(after / before)))
-        return found
+        return replace(self, values=found)
 
 
 def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
@@ -181,7 +181,7 @@ def ensemble(
         If most of the motions run away.
     """
     planned, seed = drives.planned, drives.seed
-    drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
+    drawn = numbers.drawn(count, np.random.default_rng(0))  # as of levels that were run
     values, drawn_densities, frequency = [], [], np.zeros(0)
     longer, moved = planned.duration / planned.simulated, []
     passed: dict[Quantity, list[FloatArray]] = {quantity: [] for quantity in watched}

@@ -32,6 +32,7 @@ from shakerproc.forecasts.levels import (
     amplitude_of_measured,
     decibels,
     drive_rms,
+    driven_alike,
     excited_band,
     grouped,
     in_order,
@@ -43,11 +44,12 @@ from shakerproc.forecasts.model_error import (
     LastStep,
     LevelError,
     ModelledRun,
-    carried_of,
+    carried_share,
     error_of,
     freed,
     last_step,
     level_errors,
+    mean_errors,
     prepared_drive,
     run_of,
 )
@@ -116,13 +118,50 @@ class ModelEvidence:
             return error_of([one for one in self.errors if one.quantity.what == quantity.what])
         return error_of([one.of_model for one in self.errors if one.quantity.what == "peak"])
 
-    def nearest(self, test: Test) -> tuple[dict[Quantity, float], float]:
-        """Return the errors of the level next to a test [dB], and its amplitude [SI]."""
+    def nearest(self, test: Test, count: int) -> "Nearest":
+        """Return the level that was run next to a planned test, and so many draws of it [-]."""
         fitted = [run.measured for run in self.runs if not run.measured.test.hold_out]
-        near = nearest_level(fitted, test.excitation, amplitude_of(test) or self.highest)
-        names = {one.name for one in near}
-        own = [one.of_model for one in self.errors if not one.distance_db and one.test in names]
-        return carried_of(own), max(map(amplitude_of_measured, near))
+        near = nearest_level(fitted, test, amplitude_of(test) or self.highest)
+        errors = [
+            error
+            for one in near
+            for error in level_errors(
+                self.numbers, one, prepared_drive(one), self.highest, count
+            )
+        ]
+        alike = driven_alike(near[0].test, test)
+        amplitude = max(map(amplitude_of_measured, near))
+        return Nearest(mean_errors(errors), amplitude, alike)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearest:
+    """The level that was run next to a planned test.
+
+    Attributes
+    ----------
+    errors : mapping of Quantity to (1 + n_draws,) array
+        Of the fitted numbers and of draws of them there [dB].
+    amplitude : float
+        Rms of its drive [SI].
+    alike : bool
+        Whether it is driven alike.
+    """
+
+    errors: dict[Quantity, FloatArray]
+    amplitude: float
+    alike: bool
+
+    def freed(self, quantity: Quantity, made: Ensemble) -> FloatArray:
+        """Return drawn values that begin at what was measured, (n_draws,) array [its unit]."""
+        values = made.values[quantity]
+        if quantity not in self.errors:
+            return values
+        near = self.errors[quantity][1 + made.draws]
+        near = np.where(np.isfinite(near), near, np.nanmedian(self.errors[quantity]))
+        share = carried_share(near, 20.0 * np.log10(values), alike=self.alike)
+        return np.asarray(values * 10.0 ** (-share * near / 20.0))
 
 
 @final
@@ -144,6 +183,8 @@ class TestForecast:
         What scaling of the highest level that was run says [unit of the quantity].
     limits : tuple of JudgedLimit
         Limits of the log.
+    near : Nearest
+        The level next to it, at which responses begin.
     run : ModelledRun
         The highest level that was run, which is scaled.
     reasons : tuple of str
@@ -163,6 +204,7 @@ class TestForecast:
     spreads: dict[Quantity, UncertainQuantity]
     linear: dict[Quantity, float]
     limits: tuple[JudgedLimit, ...]
+    near: Nearest
     run: ModelledRun
     reasons: tuple[str, ...]
     swept_back: dict[Quantity, float] = field(default_factory=dict)
@@ -255,8 +297,9 @@ def forecast_tests(
         own = _forecast(found, one, quantities, seed, say)
         if wish is not None:
             task = NotchTask(
-                found.numbers, one, own.made, quantities, partial(_spread, found), wish, seed
-            )
+                found.numbers, one, own.made, quantities, partial(_spread, found, own.near),
+                wish, seed,
+            )  # fmt: skip
             own = replace(own, notch=notch_plan(task, say))
         made.append(own)
     step = last_step(found.errors, earlier)
@@ -289,10 +332,10 @@ def evidence_of(
     ) -> Iterator[LevelError]:
         highest = max(map(amplitude_of_measured, known))
         for test in of:
-            amplitude = amplitude_of_measured(test)
-            near = nearest_level(known, test.test.excitation, amplitude)
+            near = nearest_level(known, test.test, amplitude_of_measured(test))
             there = [one for other in near for one in raw(own, other, highest)]
-            yield from freed(raw(own, test, highest), there)
+            alike = driven_alike(near[0].test, test.test)
+            yield from freed(raw(own, test, highest), there, alike=alike)
 
     alone = fit_of(model, fitted, say)
     numbers = numbers_of(alone)
@@ -378,8 +421,9 @@ def _forecast(
     distance = decibels(amplitude / evidence.highest)
     drives = Drives(planned, seed)
     made = ensemble(evidence.numbers, drives, n_draws(planned))
-    spreads = {q: _spread(evidence, planned.test, q, x) for q, x in made.values.items()}
-    at: dict[float, Mapping[Quantity, FloatArray]] = {0.0: made.values}
+    near = evidence.nearest(planned.test, n_draws(planned))
+    spreads = {q: _spread(evidence, near, planned.test, q, made) for q in made.values}
+    at = {0.0: made}
 
     def beyond(quantity: Quantity, limit: float, level: float) -> float:
         if level not in at:
@@ -387,7 +431,7 @@ def _forecast(
             factor = 10.0 ** (level / 20.0)
             few = ensemble(evidence.numbers, drives, PAIRED_DRAWS, factor)
             at[level] = made.changed_as(few)
-        spread = _spread(evidence, planned.test, quantity, at[level][quantity], level)
+        spread = _spread(evidence, near, planned.test, quantity, at[level], above=level)
         return decibels(spread.quantile(1.0 - ALLOWED) / limit)
 
     judged = []
@@ -400,10 +444,12 @@ def _forecast(
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
     linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
-    carried, _ = evidence.nearest(planned.test)
+    carried = {
+        q: decibels(float(np.median(made.values[q]) / one.value)) for q, one in spreads.items()
+    }
     back = swept_back(evidence.numbers, planned, spreads, seed, carried)
     return TestForecast(
-        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why), back
+        planned, distance, made, spreads, linear, tuple(judged), near, run, tuple(why), back
     )
 
 
@@ -453,23 +499,23 @@ def swept_back(
 
 def _spread(
     evidence: ModelEvidence,
+    near: Nearest,
     test: Test,
     quantity: Quantity,
-    drawn: FloatArray,
+    made: Ensemble,
+    *,
     above: float = 0.0,
 ) -> UncertainQuantity:
     """Return a quantity with its model error, so far above the level of a planned test [dB]."""
     error = evidence.error(quantity)
     if error is None:
-        return spread_of(drawn, 0.0, np.inf)
+        return spread_of(made.values[quantity], 0.0, np.inf)
     amplitude = amplitude_of(test) or evidence.highest
     if quantity.whose != "response":
         distance = max(decibels(amplitude / evidence.highest) + above, 0.0)
-        return spread_of(drawn, error.at(distance), error.freedom)
-    carried, near = evidence.nearest(test)
-    begun = drawn * 10.0 ** (-carried.get(quantity, 0.0) / 20.0)
-    distance = abs(decibels(amplitude / near) + above)
-    return spread_of(begun, error.at(distance), error.freedom)
+        return spread_of(made.values[quantity], error.at(distance), error.freedom)
+    distance = abs(decibels(amplitude / near.amplitude) + above)
+    return spread_of(near.freed(quantity, made), error.at(distance), error.freedom)
 
 
 def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
