@@ -99,12 +99,17 @@ class ModelEvidence:
         Of levels that were fitted, and of each forecast from those below it.
     highest : float
         Amplitude of the highest level that was fitted [SI].
+    simulated : dict
+        Errors of draws in nearest levels so far, by their tests and the number of draws.
     """
 
     numbers: FittedNumbers
     runs: tuple[ModelledRun, ...]
     errors: tuple[LevelError, ...]
     highest: float
+    simulated: dict[tuple[str | int, ...], dict[Quantity, FloatArray]] = field(
+        default_factory=dict
+    )
 
     def error(self, quantity: Quantity) -> Error | None:
         """Return the model error of a quantity; None of the table, which no model moves.
@@ -122,16 +127,18 @@ class ModelEvidence:
         """Return the level that was run next to a planned test, and so many draws of it [-]."""
         fitted = [run.measured for run in self.runs if not run.measured.test.hold_out]
         near = nearest_level(fitted, test, amplitude_of(test) or self.highest)
-        errors = [
-            error
-            for one in near
-            for error in level_errors(
-                self.numbers, one, prepared_drive(one), self.highest, count
-            )
-        ]
+        key = (*(one.name for one in near), count)
+        if key not in self.simulated:
+            self.simulated[key] = mean_errors([
+                error
+                for one in near
+                for error in level_errors(
+                    self.numbers, one, prepared_drive(one), self.highest, count
+                )
+            ])
         alike = driven_alike(near[0].test, test)
         amplitude = max(map(amplitude_of_measured, near))
-        return Nearest(mean_errors(errors), amplitude, alike)
+        return Nearest(self.simulated[key], amplitude, alike)
 
 
 @final
