@@ -74,6 +74,13 @@ def test_what_no_test_tells_is_no_error_of_the_next_level_if_it_is_the_same_ther
     assert_allclose(found.spread_db, 0.0, atol=0.01)
 
 
+def test_what_a_model_lacks_is_not_taken_for_its_numbers_in_another_kind_of_test():
+    (near,), (ahead,) = errors((0.0, -10.0, 1.0)), errors((6.0, 3.0, 1.0))
+    (alike,), (other,) = (freed([ahead], [near], alike=one) for one in (True, False))
+    assert_allclose(alike.error_db, 13.0, atol=0.01)
+    assert_allclose(other.error_db, 3.0, atol=0.11)
+
+
 def test_an_error_that_chance_explains_is_not_carried_on():
     near = errors((0.0, 0.4, 0.5), (0.0, -0.3, 0.5))
     (next_level,) = freed(errors((6.0, 1.0, 0.2), draws=APART), near)

@@ -114,7 +114,7 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
         Errors at the nearest level, and values or errors at the next, with the same draws of
         the numbers; not a number where one ran away [dB].
     alike : bool
-        Whether both are driven alike: else the model's own error may be another one.
+        Whether both are driven alike: else the model's own error is another one there.
 
     References
     ----------
@@ -127,9 +127,9 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
     near = nearest[both]
     (variance, shared), _ = np.cov(near, ahead[both])
     known, own = variance + FINEST_DB**2, 0.0
-    if alike and not near.min() <= 0.0 <= near.max():
+    if not near.min() <= 0.0 <= near.max():
         own = max(float(np.median(near)) ** 2 - known, 0.0)
-    return float(np.clip((shared + own) / (known + own), 0.0, 1.0))
+    return float(np.clip((shared + alike * own) / (known + own), 0.0, 1.0))
 
 
 def freed(
