@@ -107,7 +107,7 @@ class ModelEvidence:
     runs: tuple[ModelledRun, ...]
     errors: tuple[LevelError, ...]
     highest: float
-    simulated: dict[tuple[str | int, ...], dict[Quantity, FloatArray]] = field(
+    simulated: dict[tuple[tuple[str, ...], int], dict[Quantity, FloatArray]] = field(
         default_factory=dict
     )
 
@@ -127,7 +127,7 @@ class ModelEvidence:
         """Return the level that was run next to a planned test, and so many draws of it [-]."""
         fitted = [run.measured for run in self.runs if not run.measured.test.hold_out]
         near = nearest_level(fitted, test, amplitude_of(test) or self.highest)
-        key = (*(one.name for one in near), count)
+        key = (tuple(one.name for one in near), count)
         if key not in self.simulated:
             self.simulated[key] = mean_errors([
                 error
