@@ -1,12 +1,16 @@
-"""What the shaker does: band-limited noise and logarithmic sweeps, with a quiet lead-in."""
+"""What the shaker does: band-limited noise and logarithmic sweeps, with a quiet lead-in.
 
+A test takes 20 s, or `BLIND_SECONDS`: other campaigns then, never to be mixed with these.
+"""
+
+import os
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import fft
 
 SAMPLE_RATE = 5688.9
-N_SAMPLES = 113778  # 20 s
+N_SAMPLES = round(float(os.environ.get("BLIND_SECONDS", "20")) * SAMPLE_RATE)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from shakerproc.forecasts.ensemble import Ensemble
 from shakerproc.forecasts.limits import level_of
-from shakerproc.forecasts.model_error import LevelError, carried_of, error_of, freed
+from shakerproc.forecasts.model_error import LevelError, error_of, freed
 from shakerproc.forecasts.quantities import Quantity, spread_of
 
 RMS = Quantity("response", "ch3", "rms", "m/s^2")
@@ -30,9 +30,13 @@ def test_a_band_of_drawn_values_alone_holds_nine_of_ten():
     assert_allclose(np.log([low, high]), [-0.1645, 0.1645], rtol=0.06)
 
 
-def errors(*rows):
+TOGETHER, APART = np.array([0.0, 1.0, 1.0, -1.0, -1.0]), np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+
+
+def errors(*rows, draws=TOGETHER):
+    """Return errors of levels: distance, error, standard deviation of its draws [dB]."""
     return [
-        LevelError(str(i), RMS, 10.0 ** (error / 20.0), 1.0, distance, spread)
+        LevelError(str(i), RMS, 1.0, distance, error + spread * draws, error + spread * draws)
         for i, (distance, error, spread) in enumerate(rows)
     ]
 
@@ -55,16 +59,41 @@ def test_a_model_that_lacks_an_effect_goes_on_from_the_nearest_level():
     low = errors((0.0, -3.0, 0.0), (6.0, -3.0, 0.0))
     (next_level,) = freed(low[1:], low[:1])
     assert_allclose(next_level.error_db, -3.0 * 0.1**2 / 3.0**2, rtol=1e-9)  # calibration
+    assert_allclose(next_level.carried_db, -3.0 - next_level.error_db, rtol=1e-9)
     assert_allclose(next_level.of_model.error_db, -3.0, rtol=1e-9)
     assert_allclose(error_of([next_level.of_model]).growth, 0.5, rtol=1e-9)  # of joints
+    (otherwise,) = freed(low[1:], low[:1], alike=False)
+    assert otherwise.error_db == -3.0
 
 
-@pytest.mark.parametrize("spread", [0.5, np.inf])
-def test_an_error_that_chance_explains_is_not_carried_on(spread):
-    near = errors((0.0, 0.4, spread), (0.0, -0.3, spread))
-    assert carried_of(near) == {RMS: 0.0}
-    (next_level,) = freed(errors((6.0, 1.0, 0.2)), near)
+def test_what_no_test_tells_is_no_error_of_the_next_level_if_it_is_the_same_there():
+    """A damping that nothing tells: 10 dB open at both levels, next to nothing between them."""
+    (near,), (ahead,) = errors((0.0, -4.0, 10.0)), errors((6.0, -5.0, 10.0))
+    (found,) = freed([ahead], [near])
+    assert_allclose(found.error_db, -1.0, atol=0.01)
+    assert_allclose(found.spread_db, 0.0, atol=0.01)
+
+
+def test_what_a_model_lacks_is_not_taken_for_its_numbers_in_another_kind_of_test():
+    (near,), (ahead,) = errors((0.0, -10.0, 1.0)), errors((6.0, 3.0, 1.0))
+    (alike,), (other,) = (freed([ahead], [near], alike=one) for one in (True, False))
+    assert_allclose(alike.error_db, 13.0, atol=0.01)
+    assert_allclose(other.error_db, 3.0, atol=0.11)
+
+
+def test_an_error_that_chance_explains_is_not_carried_on():
+    near = errors((0.0, 0.4, 0.5), (0.0, -0.3, 0.5))
+    (next_level,) = freed(errors((6.0, 1.0, 0.2), draws=APART), near)
     assert_allclose(next_level.error_db, 1.0, rtol=1e-9)
+
+
+def test_a_peak_that_changes_places_with_another_is_not_carried_on():
+    """Of two resonances as high as each other, draws of the numbers have both largest."""
+    above = errors((6.0, 0.0, 3.0), draws=APART)
+    (carried,) = freed(above, errors((0.0, 7.4, 3.2)))
+    (chance,) = freed(above, errors((0.0, 7.4, 7.5)))
+    assert carried.carried_db > 5.0
+    assert chance.carried_db == 0.0
 
 
 @pytest.mark.parametrize("slope", [0.4, 1.0, 2.5])
@@ -101,5 +130,5 @@ def made(draws, level):
 
 def test_a_few_draws_of_another_level_move_all_by_what_they_differ_from_their_twins():
     all_draws = [i for i in range(40) if i != 2]  # one ran away
-    found = made(all_draws, 0.0).changed_as(made([0, 1, 2, 3], -9.0))
+    found = made(all_draws, 0.0).changed_as(made([0, 1, 2, 3], -9.0)).values
     assert_allclose(found[RMS], made(all_draws, -9.0).values[RMS], rtol=1e-12)

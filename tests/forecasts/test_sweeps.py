@@ -1,6 +1,7 @@
 """Forecasts of sweeps of a spring that hardens, against the method of harmonic balance."""
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
@@ -8,7 +9,7 @@ from shakerproc.diagnosis.fitted_numbers import FittedNumbers
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.forecasts.ensemble import Drives, Planned, ensemble
 from shakerproc.forecasts.forecast import swept_back
-from shakerproc.forecasts.quantities import spread_of
+from shakerproc.forecasts.quantities import densities, spread_of
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
 
@@ -74,3 +75,19 @@ def test_downwards_the_other_branch_is_told(tmp_path):
     made, back = forecast(tmp_path, 40.0, 15.0)
     ((quantity, there),) = back.items()
     assert there > 1.1 * made.values[quantity][0]
+
+
+@pytest.mark.parametrize("half_width", [4.0, 12.0])
+def test_the_peak_of_a_sweep_does_not_hang_on_where_its_record_begins(half_width):
+    """A chirp under a resonance curve: its density is that curve over the time at each f."""
+    rate, seconds, low, high, at = 5000.0, 20.0, 20.0, 1000.0, 321.0
+    time = np.arange(int(rate * seconds)) / rate
+    growth = np.log(high / low) / seconds
+    f = low * np.exp(growth * time)
+    row = np.sin(2.0 * np.pi * (f - low) / growth) / np.hypot(f - at, half_width)
+    found = [
+        densities(row[None, start:], rate, (low, high))[0].peak_frequency
+        for start in range(0, 2048, 256)
+    ]
+    assert_allclose(found, at, rtol=5e-3)
+    assert np.ptp(found) < 2e-3 * at

@@ -11,7 +11,9 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import campaign_of, own_numbers
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.data.from_files import arrays
+from shakerproc.diagnosis.estimation.form import ROUNDS
 from shakerproc.diagnosis.estimation.intervals import linear_estimates
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.horizon import compared
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import DiagnosisError, ModelError
@@ -80,10 +82,10 @@ class FittedNumbers:
         return self.model
 
 
-def fitted_numbers(
+def fit_of(
     model: Model, tests: Sequence[Measured], say: Callable[[str], None] = lambda _text: None
-) -> FittedNumbers:
-    """Return a model with its numbers fitted to tests, as `diagnose` fits them before effects.
+) -> Fit:
+    """Return the fit of a model's numbers to tests, as `diagnose` fits them before effects.
 
     Parameters
     ----------
@@ -103,10 +105,41 @@ def fitted_numbers(
     known = replace(model, sensors={name: model.sensors[name] for name in tests[0].sensors})
     campaign = campaign_of(known, prepared([arrays(test) for test in tests]))
     _, _, alone, _ = compared(campaign, own_numbers(campaign), [])
-    fit = alone.fit
     if not np.all(np.isfinite(alone.logs)):
         raise DiagnosisError(f"{model.title}: its motion runs away in what was held out.")
-    size = fit.x.size + fit.gain.size
-    untold = tuple(name for name, one in linear_estimates(fit).items() if one.low is None)
-    covariance = fit.uncertainty.total[:size, :size]
-    return FittedNumbers(fit.hypothesis, fit.x, fit.gain, covariance, untold)
+    return alone.fit
+
+
+def fit_to_fewer(found: Fit, counted: Sequence[bool]) -> Fit | None:
+    """Return a fit that goes on with fewer of its tests, as far ahead as all can be predicted.
+
+    Parameters
+    ----------
+    found : Fit
+        To all tests.
+    counted : sequence of bool
+        Which of them count, in their order.
+
+    Returns
+    -------
+    Fit or None
+        The same where all count; None where these are too short for the horizon, or the
+        motion runs away.
+    """
+    which = np.flatnonzero(np.array(counted)[found.windows.table[:, 0]])
+    if which.size == len(found.windows):
+        return found
+    if not which.size:
+        return None
+    return fit(
+        found.data, found.hypothesis, found.x, found.windows.chosen(which), rounds=ROUNDS,
+        channels=found.channels, starts=None if found.starts is None else found.starts[which],
+    )  # fmt: skip
+
+
+def numbers_of(found: Fit) -> FittedNumbers:
+    """Return the numbers of a fit, with what the tests leave open of them."""
+    size = found.x.size + found.gain.size
+    untold = tuple(name for name, one in linear_estimates(found).items() if one.low is None)
+    covariance = found.uncertainty.total[:size, :size]
+    return FittedNumbers(found.hypothesis, found.x, found.gain, covariance, untold)

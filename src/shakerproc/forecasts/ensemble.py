@@ -1,7 +1,7 @@
 """Simulated tests of one level: numbers, calibration and phases drawn anew for each."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, final
 
@@ -41,6 +41,10 @@ PAIRED_DRAWS: Final = 6
 
 LONGEST: Final = 60.0
 """Duration of steady vibration that is simulated; what is longer follows from it [s]."""
+
+CLOCKS: Final = 4e-5
+"""Standard uncertainty of a frequency by the clocks of controller and recorder, crystals that
+keep to 50 in a million each [-]."""
 
 STEADY: Final = ("random", "sine on random")
 """Kinds of excitation that are the same all along."""
@@ -113,8 +117,8 @@ class Ensemble:
     failed: int
     passed: Mapping[Quantity, FloatArray] = field(default_factory=dict)
 
-    def changed_as(self, there: "Ensemble") -> dict[Quantity, FloatArray]:
-        r"""Return the values of all draws in another test, of which a few were simulated.
+    def changed_as(self, there: "Ensemble") -> "Ensemble":
+        r"""Return all draws in another test, of which a few were simulated.
 
         .. math:: x_i' = x_i \exp\left(\frac{1}{m} \sum_{k=1}^{m} \ln \frac{x_k'}{x_k}\right)
 
@@ -130,7 +134,7 @@ class Ensemble:
         for quantity, values in self.values.items():
             before, after = values[mine], there.values[quantity][other]
             found[quantity] = values * np.exp(np.mean(np.log(after / before)))
-        return found
+        return replace(self, values=found)
 
 
 def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
@@ -177,7 +181,7 @@ def ensemble(
         If most of the motions run away.
     """
     planned, seed = drives.planned, drives.seed
-    drawn = numbers.drawn(count, np.random.default_rng([seed, 0]))
+    drawn = numbers.drawn(count, np.random.default_rng(0))  # as of levels that were run
     values, drawn_densities, frequency = [], [], np.zeros(0)
     longer, moved = planned.duration / planned.simulated, []
     passed: dict[Quantity, list[FloatArray]] = {quantity: [] for quantity in watched}
@@ -193,7 +197,12 @@ def ensemble(
         rows = np.array(list(motion.responses.values()))
         spectra = densities(rows, motion.sample_rate, planned.excited)
         largest = partial(_largest, longer, generator)
-        values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
+        found = values_of_motion(model, motion, spectra, largest, planned.carried)
+        clock = 1.0 + CLOCKS * generator.standard_normal()
+        values.append({
+            quantity: value * clock if quantity.what == "peak_frequency_hz" else value
+            for quantity, value in found.items()
+        })
         frequency = spectra[0].frequency
         drawn_densities.append([one.values for one in spectra])
         for quantity, rows_of in passed.items():

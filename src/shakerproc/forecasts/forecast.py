@@ -1,8 +1,8 @@
 """Forecasts of planned tests, with bands that were earned on the levels that were run."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any, Final, final
 
@@ -10,7 +10,12 @@ import numpy as np
 
 from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fitted_numbers
+from shakerproc.diagnosis.fitted_numbers import (
+    FittedNumbers,
+    fit_of,
+    fit_to_fewer,
+    numbers_of,
+)
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
@@ -27,6 +32,7 @@ from shakerproc.forecasts.levels import (
     amplitude_of_measured,
     decibels,
     drive_rms,
+    driven_alike,
     excited_band,
     grouped,
     in_order,
@@ -38,11 +44,12 @@ from shakerproc.forecasts.model_error import (
     LastStep,
     LevelError,
     ModelledRun,
-    carried_of,
+    carried_share,
     error_of,
     freed,
     last_step,
     level_errors,
+    mean_errors,
     prepared_drive,
     run_of,
 )
@@ -92,12 +99,17 @@ class ModelEvidence:
         Of levels that were fitted, and of each forecast from those below it.
     highest : float
         Amplitude of the highest level that was fitted [SI].
+    simulated : dict
+        Errors of draws in nearest levels so far, by their tests and the number of draws.
     """
 
     numbers: FittedNumbers
     runs: tuple[ModelledRun, ...]
     errors: tuple[LevelError, ...]
     highest: float
+    simulated: dict[tuple[tuple[str, ...], int], dict[Quantity, FloatArray]] = field(
+        default_factory=dict
+    )
 
     def error(self, quantity: Quantity) -> Error | None:
         """Return the model error of a quantity; None of the table, which no model moves.
@@ -111,13 +123,52 @@ class ModelEvidence:
             return error_of([one for one in self.errors if one.quantity.what == quantity.what])
         return error_of([one.of_model for one in self.errors if one.quantity.what == "peak"])
 
-    def nearest(self, test: Test) -> tuple[dict[Quantity, float], float]:
-        """Return the errors of the level next to a test [dB], and its amplitude [SI]."""
+    def nearest(self, test: Test, count: int) -> "Nearest":
+        """Return the level that was run next to a planned test, and so many draws of it [-]."""
         fitted = [run.measured for run in self.runs if not run.measured.test.hold_out]
-        near = nearest_level(fitted, test.excitation, amplitude_of(test) or self.highest)
-        names = {one.name for one in near}
-        own = [one.of_model for one in self.errors if not one.distance_db and one.test in names]
-        return carried_of(own), max(map(amplitude_of_measured, near))
+        near = nearest_level(fitted, test, amplitude_of(test) or self.highest)
+        key = (tuple(one.name for one in near), count)
+        if key not in self.simulated:
+            self.simulated[key] = mean_errors([
+                error
+                for one in near
+                for error in level_errors(
+                    self.numbers, one, prepared_drive(one), self.highest, count
+                )
+            ])
+        alike = driven_alike(near[0].test, test)
+        amplitude = max(map(amplitude_of_measured, near))
+        return Nearest(self.simulated[key], amplitude, alike)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearest:
+    """The level that was run next to a planned test.
+
+    Attributes
+    ----------
+    errors : mapping of Quantity to (1 + n_draws,) array
+        Of the fitted numbers and of draws of them there [dB].
+    amplitude : float
+        Rms of its drive [SI].
+    alike : bool
+        Whether it is driven alike.
+    """
+
+    errors: dict[Quantity, FloatArray]
+    amplitude: float
+    alike: bool
+
+    def freed(self, quantity: Quantity, made: Ensemble) -> FloatArray:
+        """Return drawn values that begin at what was measured, (n_draws,) array [its unit]."""
+        values = made.values[quantity]
+        if quantity not in self.errors:
+            return values
+        near = self.errors[quantity][1 + made.draws]
+        near = np.where(np.isfinite(near), near, np.nanmedian(self.errors[quantity]))
+        share = carried_share(near, 20.0 * np.log10(values), alike=self.alike)
+        return np.asarray(values * 10.0 ** (-share * near / 20.0))
 
 
 @final
@@ -139,6 +190,8 @@ class TestForecast:
         What scaling of the highest level that was run says [unit of the quantity].
     limits : tuple of JudgedLimit
         Limits of the log.
+    near : Nearest
+        The level next to it, at which responses begin.
     run : ModelledRun
         The highest level that was run, which is scaled.
     reasons : tuple of str
@@ -158,6 +211,7 @@ class TestForecast:
     spreads: dict[Quantity, UncertainQuantity]
     linear: dict[Quantity, float]
     limits: tuple[JudgedLimit, ...]
+    near: Nearest
     run: ModelledRun
     reasons: tuple[str, ...]
     swept_back: dict[Quantity, float] = field(default_factory=dict)
@@ -250,8 +304,9 @@ def forecast_tests(
         own = _forecast(found, one, quantities, seed, say)
         if wish is not None:
             task = NotchTask(
-                found.numbers, one, own.made, quantities, partial(_spread, found), wish, seed
-            )
+                found.numbers, one, own.made, quantities, partial(_spread, found, own.near),
+                wish, seed,
+            )  # fmt: skip
             own = replace(own, notch=notch_plan(task, say))
         made.append(own)
     step = last_step(found.errors, earlier)
@@ -274,36 +329,31 @@ def evidence_of(
     """
     drives = {test: prepared_drive(test) for group in levels for test in group}
     fitted = tuple(test for test in drives if not test.test.hold_out)
-    done: dict[tuple[Measured, ...], FittedNumbers] = {}
 
-    def numbers_of(tests: tuple[Measured, ...]) -> FittedNumbers:
-        if tests not in done:
-            done[tests] = fitted_numbers(model, tests, say)
-        return done[tests]
+    @cache
+    def raw(own: FittedNumbers, test: Measured, highest: float) -> list[LevelError]:
+        return level_errors(own, test, drives[test], highest)
 
     def errors_of(
         own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
-    ) -> list[LevelError]:
+    ) -> Iterator[LevelError]:
         highest = max(map(amplitude_of_measured, known))
-        near = {
-            test: nearest_level(known, test.test.excitation, amplitude_of_measured(test))
-            for test in of
-        }
-        asked = dict.fromkeys([*of, *(one for each in near.values() for one in each)])
-        raw = {test: level_errors(own, test, drives[test], highest) for test in asked}
-        return [
-            one
-            for test in of
-            for one in freed(raw[test], [e for other in near[test] for e in raw[other]])
-        ]
+        for test in of:
+            near = nearest_level(known, test.test, amplitude_of_measured(test))
+            there = [one for other in near for one in raw(own, other, highest)]
+            alike = driven_alike(near[0].test, test.test)
+            yield from freed(raw(own, test, highest), there, alike=alike)
 
-    numbers = numbers_of(fitted)
-    errors = errors_of(numbers, fitted, fitted)
+    alone = fit_of(model, fitted, say)
+    numbers = numbers_of(alone)
+    errors = list(errors_of(numbers, fitted, fitted))
     below: tuple[Measured, ...] = ()
     for group in levels:
-        if below:
-            say(f"level {group[0].test.level_text} forecast from those below it")
-            errors += errors_of(numbers_of(below), group, below)
+        say(f"level {group[0].test.level_text} forecast from those below it")
+        fewer = fit_to_fewer(alone, [test in below for test in fitted])
+        if fewer is not None:
+            own = numbers if fewer is alone else numbers_of(fewer)
+            errors += errors_of(own, group, below)
         below += tuple(test for test in group if not test.test.hold_out)
     runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
     return ModelEvidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
@@ -378,8 +428,9 @@ def _forecast(
     distance = decibels(amplitude / evidence.highest)
     drives = Drives(planned, seed)
     made = ensemble(evidence.numbers, drives, n_draws(planned))
-    spreads = {q: _spread(evidence, planned.test, q, x) for q, x in made.values.items()}
-    at: dict[float, Mapping[Quantity, FloatArray]] = {0.0: made.values}
+    near = evidence.nearest(planned.test, n_draws(planned))
+    spreads = {q: _spread(evidence, near, planned.test, q, made) for q in made.values}
+    at = {0.0: made}
 
     def beyond(quantity: Quantity, limit: float, level: float) -> float:
         if level not in at:
@@ -387,7 +438,7 @@ def _forecast(
             factor = 10.0 ** (level / 20.0)
             few = ensemble(evidence.numbers, drives, PAIRED_DRAWS, factor)
             at[level] = made.changed_as(few)
-        spread = _spread(evidence, planned.test, quantity, at[level][quantity], level)
+        spread = _spread(evidence, near, planned.test, quantity, at[level], above=level)
         return decibels(spread.quantile(1.0 - ALLOWED) / limit)
 
     judged = []
@@ -400,10 +451,12 @@ def _forecast(
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
     linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
-    carried, _ = evidence.nearest(planned.test)
+    carried = {
+        q: decibels(float(np.median(made.values[q]) / one.value)) for q, one in spreads.items()
+    }
     back = swept_back(evidence.numbers, planned, spreads, seed, carried)
     return TestForecast(
-        planned, distance, made, spreads, linear, tuple(judged), run, tuple(why), back
+        planned, distance, made, spreads, linear, tuple(judged), near, run, tuple(why), back
     )
 
 
@@ -453,23 +506,23 @@ def swept_back(
 
 def _spread(
     evidence: ModelEvidence,
+    near: Nearest,
     test: Test,
     quantity: Quantity,
-    drawn: FloatArray,
+    made: Ensemble,
+    *,
     above: float = 0.0,
 ) -> UncertainQuantity:
     """Return a quantity with its model error, so far above the level of a planned test [dB]."""
     error = evidence.error(quantity)
     if error is None:
-        return spread_of(drawn, 0.0, np.inf)
+        return spread_of(made.values[quantity], 0.0, np.inf)
     amplitude = amplitude_of(test) or evidence.highest
     if quantity.whose != "response":
         distance = max(decibels(amplitude / evidence.highest) + above, 0.0)
-        return spread_of(drawn, error.at(distance), error.freedom)
-    carried, near = evidence.nearest(test)
-    begun = drawn * 10.0 ** (-carried.get(quantity, 0.0) / 20.0)
-    distance = abs(decibels(amplitude / near) + above)
-    return spread_of(begun, error.at(distance), error.freedom)
+        return spread_of(made.values[quantity], error.at(distance), error.freedom)
+    distance = abs(decibels(amplitude / near.amplitude) + above)
+    return spread_of(near.freed(quantity, made), error.at(distance), error.freedom)
 
 
 def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:

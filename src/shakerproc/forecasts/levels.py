@@ -58,11 +58,19 @@ def grouped(tests: Sequence[Measured]) -> list[list[Measured]]:
     return found
 
 
-def nearest_level(
-    tests: Sequence[Measured], excitation: str | None, amplitude: float
-) -> list[Measured]:
-    """Return the tests of the level next to an amplitude [SI], of one excitation if any is."""
-    alike = [test for test in tests if test.test.excitation == excitation] or list(tests)
+def driven_alike(one: Test, other: Test) -> bool:
+    """Return whether tests are of one kind of excitation, and sweeps of one direction."""
+    return one.excitation == other.excitation and _rises(one) == _rises(other)
+
+
+def _rises(test: Test) -> bool:
+    """Return whether a test sweeps upwards, or not at all."""
+    return test.from_hz is None or test.to_hz is None or test.from_hz <= test.to_hz
+
+
+def nearest_level(tests: Sequence[Measured], to: Test, amplitude: float) -> list[Measured]:
+    """Return the tests of the level next to an amplitude [SI], driven alike if any is."""
+    alike = [test for test in tests if driven_alike(test.test, to)] or list(tests)
     apart = [abs(decibels(amplitude_of_measured(test) / amplitude)) for test in alike]
     first = amplitude_of_measured(alike[apart.index(min(apart))])
     return [

@@ -33,7 +33,7 @@ Told: TypeAlias = dict[tuple[str, str], tuple[float, float, float]]
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class LevelError:
     """A quantity of a test that was run, forecast with numbers of other tests or its own.
 
@@ -43,34 +43,49 @@ class LevelError:
         Id of the test.
     quantity : Quantity
         Which.
-    predicted, measured : float
-        Under the measured drive [unit of the quantity].
+    measured : float
+        In the test [unit of the quantity].
     distance_db : float
         Level above the highest that was fitted; 0 of a test that was fitted [dB].
-    spread_db : float
-        Standard deviation that the numbers leave [dB].
-    carried_db : float
-        Error of the nearest level, which `predicted` is freed from (see `carried_of`) [dB].
+    alone_db : (1 + n_draws,) array
+        Predicted over measured under the measured drive, of the fitted numbers and of draws of
+        them; not a number where the motion runs away [dB].
+    drawn_db : (1 + n_draws,) array
+        The same that begins at what the nearest level measured (see `freed`) [dB].
     """
 
     test: str
     quantity: Quantity
-    predicted: float
     measured: float
     distance_db: float
-    spread_db: float
-    carried_db: float = 0.0
+    alone_db: FloatArray
+    drawn_db: FloatArray
 
     @property
     def error_db(self) -> float:
         """Predicted over measured [dB]."""
-        return decibels(self.predicted / self.measured)
+        return float(np.nanmedian(self.drawn_db))
+
+    @property
+    def predicted(self) -> float:
+        """Forecast [unit of the quantity]."""
+        return self.measured * float(10.0 ** (self.error_db / 20.0))
+
+    @property
+    def spread_db(self) -> float:
+        """Standard deviation that the numbers leave [dB]."""
+        known = self.drawn_db[1:][np.isfinite(self.drawn_db[1:])]
+        return float(np.std(known)) if known.size > 1 else np.inf
+
+    @property
+    def carried_db(self) -> float:
+        """Error of the nearest level, which the forecast is freed from [dB]."""
+        return float(np.nanmedian(self.alone_db)) - self.error_db
 
     @property
     def of_model(self) -> "LevelError":
         """The same of the model alone, with the error of the nearest level."""
-        predicted = self.predicted * 10.0 ** (self.carried_db / 20.0)
-        return replace(self, predicted=predicted, carried_db=0.0)
+        return replace(self, drawn_db=self.alone_db)
 
     @property
     def is_unexplained(self) -> bool:
@@ -78,46 +93,73 @@ class LevelError:
         return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
 
 
-def carried_of(errors: Sequence[LevelError]) -> dict[Quantity, float]:
-    r"""Return the errors of a model in tests of one level that the next level has, too [dB].
+def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True) -> float:
+    r"""Return which share of the error of the nearest level the next one has, too [-].
 
-    .. math:: c = \bar e \left(1 - \frac{v}{\bar e^2}\right)_+
+    .. math:: \beta = \frac{C + \tau^2}{V + \varepsilon^2 + \tau^2}, \qquad
+        \tau^2 = \left(\bar e^2 - V - \varepsilon^2\right)_+
 
-    with the mean :math:`\bar e` of a quantity's errors and the variance :math:`v` that the
-    numbers, chance and calibration leave it: what these explain may be otherwise next time, the
-    rest is the model's (James and Stein, the positive part [1]_). A model that lacks what the
-    joint does is then no worse than linear scaling.
+    with the variance :math:`V` of the errors that the numbers leave at the nearest level, their
+    covariance :math:`C` with the next one, and what is left of the mean :math:`\bar e` beyond
+    that and the calibration :math:`\varepsilon`: the model's own error :math:`\tau`, which
+    stays. So numbers that no test tells leave open what they change between levels, but not
+    what was measured; and a model that lacks what the joint does is no worse than linear
+    scaling. Without a covariance it is the estimate of James and Stein [1]_. Where draws of the
+    numbers reach what was measured, the model has no error: of two resonances as high as each
+    other, now one is the largest, now the other.
 
     Parameters
     ----------
-    errors : sequence of LevelError
-        Of tests of one level.
+    nearest, ahead : (n,) array
+        Errors at the nearest level, and values or errors at the next, with the same draws of
+        the numbers; not a number where one ran away [dB].
+    alike : bool
+        Whether both are driven alike: else the model's own error is another one there.
 
     References
     ----------
     .. [1] W. James, C. Stein, "Estimation with quadratic loss", Proc. 4th Berkeley Symposium
        on Mathematical Statistics and Probability, vol. 1, 361-379, 1961.
     """
-    found = {}
-    for quantity in {one.quantity: None for one in errors}:
-        own = [one for one in errors if one.quantity == quantity]
-        mean = float(np.mean([one.error_db for one in own]))
-        left = float(np.mean([one.spread_db**2 for one in own])) + FINEST_DB**2
-        found[quantity] = mean * (1.0 - left / mean**2) if mean**2 > left else 0.0
+    both = np.isfinite(nearest) & np.isfinite(ahead)
+    if np.count_nonzero(both) < 2:
+        return 0.0
+    near = nearest[both]
+    (variance, shared), _ = np.cov(near, ahead[both])
+    known, own = variance + FINEST_DB**2, 0.0
+    if not near.min() <= 0.0 <= near.max():
+        own = max(float(np.median(near)) ** 2 - known, 0.0)
+    return float(np.clip((shared + alike * own) / (known + own), 0.0, 1.0))
+
+
+def freed(
+    errors: Sequence[LevelError], nearest: Sequence[LevelError], *, alike: bool = True
+) -> list[LevelError]:
+    """Return errors of a model that begins at what the nearest level of tests measured.
+
+    Parameters
+    ----------
+    errors : sequence of LevelError
+        Of one test.
+    nearest : sequence of LevelError
+        Of tests of the nearest level, with the same draws of the numbers.
+    alike : bool
+        Whether these are driven alike.
+    """
+    near, found = mean_errors(nearest), []
+    for one in errors:
+        there = near.get(one.quantity, np.zeros_like(one.alone_db))
+        share = carried_share(there, one.alone_db, alike=alike)
+        found.append(replace(one, drawn_db=one.alone_db - share * there))
     return found
 
 
-def freed(errors: Sequence[LevelError], nearest: Sequence[LevelError]) -> list[LevelError]:
-    """Return errors of a model that begins at what the nearest level of tests measured."""
-    carried = carried_of(nearest)
-    return [
-        replace(
-            one,
-            predicted=one.predicted * 10.0 ** (-carried.get(one.quantity, 0.0) / 20.0),
-            carried_db=carried.get(one.quantity, 0.0),
-        )
-        for one in errors
-    ]
+def mean_errors(errors: Sequence[LevelError]) -> dict[Quantity, FloatArray]:
+    """Return the mean errors of a model in tests of one level, (1 + n_draws,) arrays [dB]."""
+    return {
+        quantity: np.mean([e.alone_db for e in errors if e.quantity == quantity], axis=0)
+        for quantity in {one.quantity: None for one in errors}
+    }
 
 
 @final
@@ -234,7 +276,11 @@ def prepared_drive(measured: Measured) -> Input:
 
 
 def level_errors(
-    numbers: FittedNumbers, measured: Measured, given: Input, highest: float
+    numbers: FittedNumbers,
+    measured: Measured,
+    given: Input,
+    highest: float,
+    count: int = SPREAD_DRAWS,
 ) -> list[LevelError]:
     """Return how far the numbers of a model miss the measurements of a test.
 
@@ -248,26 +294,20 @@ def level_errors(
         What drove it, prepared.
     highest : float
         Amplitude of the highest level that the numbers are of [SI].
+    count : int
+        Draws of the numbers.
     """
     run = run_of(numbers, measured, given)
-    drawn = numbers.drawn(SPREAD_DRAWS, np.random.default_rng(0))
-    motions = [
-        (model, motion_of(model, given, measured.input, measured.band, gains))
-        for model, gains in drawn
-    ]
-    each = [_predicted(one, model, measured) for model, one in motions if one is not None]
-    every = [_predicted(run.motion, numbers.model, measured), *each]
+    every = [_predicted(run.motion, numbers.model, measured)]
+    for model, gains in numbers.drawn(count, np.random.default_rng(0)):
+        motion = motion_of(model, given, measured.input, measured.band, gains)
+        every.append({} if motion is None else _predicted(motion, model, measured))
     distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
     found = []
     for quantity, value in run.values.items():
-        spread = [decibels(one[quantity]) for one in each]
-        found.append(
-            LevelError(
-                measured.name, quantity,
-                float(np.median([one[quantity] for one in every])), value, distance,
-                float(np.std(spread)) if len(spread) > 1 else np.inf,
-            )
-        )  # fmt: skip
+        ratios = np.array([one.get(quantity, np.nan) for one in every]) / value
+        errors = 20.0 * np.log10(ratios)
+        found.append(LevelError(measured.name, quantity, value, distance, errors, errors))
     return found
 
 

@@ -55,8 +55,8 @@ WIDEST: Final = 0.5
 FRESH: Final = 3
 """Seeds that verify a plan, each after it was deepened by what the last one missed [-]."""
 
-Spreads: TypeAlias = Callable[[Test, Quantity, FloatArray], UncertainQuantity]
-"""From a planned test, a quantity and its drawn values to all that it may be."""
+Spreads: TypeAlias = Callable[[Test, Quantity, Ensemble], UncertainQuantity]
+"""From a planned test, a quantity and its simulated tests to all that it may be."""
 
 
 @final
@@ -150,7 +150,7 @@ class NotchTask:
     limits : sequence of (Limit, Quantity)
         What must be kept.
     spread : callable
-        From drawn values to all that a quantity may be.
+        From simulated tests to all that a quantity may be.
     wish : NotchWish
         Probability and edges.
     seed : int
@@ -175,11 +175,11 @@ class NotchTask:
         test = notched_test(self.planned.test, self.frequency, reduction)
         return replace(self.planned, test=test)
 
-    def beyond(self, test: Test, values: Mapping[Quantity, FloatArray]) -> FloatArray:
+    def beyond(self, test: Test, made: Ensemble) -> FloatArray:
         """Return the quantile of each limited quantity over its limit, (n_limits,) [dB]."""
         share = self.wish.probability
         found = [
-            self.spread(test, quantity, values[quantity]).quantile(share) / limit.value
+            self.spread(test, quantity, made).quantile(share) / limit.value
             for limit, quantity in self.limits
         ]
         return np.asarray(20.0 * np.log10(np.array(found)))
@@ -217,7 +217,7 @@ def notch_plan(task: NotchTask, say: Callable[[str], None]) -> NotchPlan:
     say : callable
         Called with what is being done.
     """
-    if np.all(task.beyond(task.planned.test, task.made.values) <= 0.0):
+    if np.all(task.beyond(task.planned.test, task.made) <= 0.0):
         return NotchPlan(task.wish, None, "every limit is kept without any", needless=True)
     by_force = _by_force(task)
     margin, why = np.zeros(len(task.limits)), ""
@@ -231,9 +231,9 @@ def notch_plan(task: NotchTask, say: Callable[[str], None]) -> NotchPlan:
         say(f"test {planned.test.id} with notches, other phases")
         drives = Drives(planned, task.seed + number)
         made = ensemble(task.numbers, drives, n_draws(planned))
-        beyond = task.beyond(planned.test, made.values)
+        beyond = task.beyond(planned.test, made)
         if np.all(beyond <= 0.0):
-            found = _notched(task, planned.test, reduction, made.values)
+            found = _notched(task, planned.test, reduction, made)
             return NotchPlan(task.wish, found, "", by_force)
         margin = margin + np.maximum(beyond, 0.0)
         why = f"with other phases a limit is missed by {float(np.max(beyond)):.2g} dB"
@@ -325,14 +325,14 @@ def _notched(
     task: NotchTask,
     test: Test,
     reduction: FloatArray,
-    values: Mapping[Quantity, FloatArray],
+    made: Ensemble,
 ) -> NotchedTest:
     exceeds = tuple(
-        task.spread(test, quantity, values[quantity]).exceeds(limit.value)
+        task.spread(test, quantity, made).exceeds(limit.value)
         for limit, quantity in task.limits
     )
     cost = {
-        quantity: decibels(float(np.median(before) / np.median(values[quantity])))
+        quantity: decibels(float(np.median(before) / np.median(made.values[quantity])))
         for quantity, before in task.made.values.items()
         if quantity.whose == "response" and quantity.what != "peak_frequency_hz"
     }
