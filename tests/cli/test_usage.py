@@ -11,7 +11,7 @@ PATHS = {
     "simulate": 2, "response": 1, "study": 1, "plan": 1, "forecast": 2, "modal": 1,
     "stiffness": 1, "coupon": 1, "convert": 2,
 }  # fmt: skip
-"""Commands whose arguments are files or folders that exist, and how many arguments there are."""
+"""Commands whose arguments are files or folders that exist, and how many they are."""
 
 
 def refused(*arguments):
