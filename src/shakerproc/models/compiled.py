@@ -103,14 +103,25 @@ def compiled(function: Function) -> Function:
     return cast("Function", njit(cache=True, error_model="numpy", nogil=True)(function))
 
 
-def _part(function: Function, **options: bool) -> Function:
-    """Return a part of other functions, compiled once for all numbers.
+def inner(function: Function) -> Function:
+    """Return the function compiled for the use of other kernels only.
 
-    Numba would compile it for each number that stands in the source of a call, too: laws and
-    accelerations once for order 0 and once for all others. Where it is compiled into the place
-    of the call, the optimiser knows the number all the same.
+    It is compiled into each of them, and cached with them. Python cannot call it, which saves
+    compiling the conversion of its arguments; and it cannot make arrays, which saves counting
+    the references to those it is given (a factor of three in speed).
     """
-    part: Any = _PART(**options)(function)
+    return cast("Function", _PART(function))
+
+
+def inlined(function: Function) -> Function:
+    """Return the function compiled into the very place it is called from.
+
+    A call hands over each array as seven numbers and more; that takes longer than what a
+    small function does with them. It is typed once for all numbers, where numba would do so for
+    each number that stands in the source of a call, too: laws once for order 0 and once for all
+    others. The optimiser knows the number all the same, as it sees the place of the call.
+    """
+    part: Any = _PART(forceinline=True)(function)
     of_types = part.get_call_template
 
     def of_numbers(args: Iterable[Type], kws: Mapping[str, Type]) -> object:
@@ -121,22 +132,3 @@ def _part(function: Function, **options: bool) -> Function:
 
     part.get_call_template = of_numbers
     return cast("Function", part)
-
-
-def inner(function: Function) -> Function:
-    """Return the function compiled for the use of other kernels only.
-
-    It is compiled into each of them, and cached with them. Python cannot call it, which saves
-    compiling the conversion of its arguments; and it cannot make arrays, which saves counting
-    the references to those it is given (a factor of three in speed).
-    """
-    return _part(function)
-
-
-def inlined(function: Function) -> Function:
-    """Return the function compiled into the very place it is called from.
-
-    A call hands over each array as seven numbers and more; that takes longer than what a
-    small function does with them.
-    """
-    return _part(function, forceinline=True)
