@@ -24,7 +24,7 @@ class _NoEnvironment:
 
 
 @final
-class _Part(JITCodeLibrary):  # type: ignore[misc]
+class _Part(JITCodeLibrary):
     """A function as part of others, neither optimised as a whole nor made machine code.
 
     Numba does both with each function and all that it calls, and again in each that calls it:
@@ -35,27 +35,29 @@ class _Part(JITCodeLibrary):  # type: ignore[misc]
 
     def get_pointer_to_function(self, name: str) -> int:
         """Return 0: there is no machine code."""
-        self._ensure_finalized()
+        self._ensure_finalized()  # type: ignore[no-untyped-call]
         return 0
 
     def _optimize_final_module(self) -> None:
         """Leave it to the function that this is a part of."""
 
     def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
         self._finalized = True
 
 
 @final
-class _PartCompiler(CompilerBase):  # type: ignore[misc]
+class _PartCompiler(CompilerBase):
     """Numba's compiler, for parts."""
 
     def define_pipelines(self) -> list[object]:
         """Return numba's own steps, which fill the library that they find."""
         state = self.state
-        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
-        return [DefaultPassBuilder.define_nopython_pipeline(state)]
+        builder: Any = DefaultPassBuilder
+        library: Any = _Part
+        state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
+        return [builder.define_nopython_pipeline(state)]
 
 
 _PART: Callable[..., Callable[..., object]] = partial(
@@ -122,13 +124,11 @@ def inlined(function: Function) -> Function:
     others. The optimiser knows the number all the same, as it sees the place of the call.
     """
     part: Any = _PART(forceinline=True)(function)
-    of_types = part.get_call_template
+    of_types, of_any = part.get_call_template, cast("Callable[[Type], Type]", unliteral)
 
     def of_numbers(args: Iterable[Type], kws: Mapping[str, Type]) -> object:
-        return of_types(
-            tuple(unliteral(one) for one in args),
-            {name: unliteral(one) for name, one in kws.items()},
-        )
+        general = {name: of_any(one) for name, one in kws.items()}
+        return of_types(tuple(map(of_any, args)), general)
 
     part.get_call_template = of_numbers
     return cast("Function", part)
