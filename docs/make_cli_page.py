@@ -11,7 +11,7 @@ STATUS = """\
 | --- | --- |
 | 0 | done |
 | 1 | unusable input, or some runs failed: one line on stderr for each |
-| 2 | wrong usage |
+| 2 | wrong usage, or no such path: one line on stderr, with the name that may be meant |
 | 75 | another shakerproc works in the folder |
 | 130 | interrupted |
 """

@@ -73,9 +73,9 @@ def refused(capsys, *words):
     assert run(*words) == 2, words
     told = capsys.readouterr()
     assert told.out == ""
-    lines = [line for line in told.err.splitlines() if line.startswith("Error: ")]
+    lines = told.err.splitlines()
     assert len(lines) == 1, told.err
-    assert "Traceback" not in told.err
+    assert lines[0].startswith("error: ")
     return lines[0]
 
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import ExchangeError
-from shakerproc.exchange.fixed_width import numbers_of
 
 AXES: Final = ("x", "y", "z")
 _HEAD: Final = re.compile(rb"^( {4}2C| {2}100C| -4 | {4}1PSTEP).*$", re.MULTILINE)
@@ -81,8 +80,8 @@ class _File:
         ended = self.content[start + count * length :].lstrip(b" ").startswith(b"-3")
         try:
             lines = lines if start > 0 and ended else b""
-            nodes = numbers_of(lines, 3, _BEFORE - 3, 1)[:, 0]
-            return nodes, numbers_of(lines, _BEFORE, _WIDTH, 3)
+            nodes = _numbers_of(lines, 3, _BEFORE - 3, 1)[:, 0]
+            return nodes, _numbers_of(lines, _BEFORE, _WIDTH, 3)
         except ValueError:
             raise self.error(
                 after,
@@ -259,3 +258,36 @@ def _rows(lines: list[str], after: int) -> list[list[float]]:
         elif found:
             break
     return found
+
+
+def _numbers_of(lines: bytes, start: int, width: int, columns: int) -> FloatArray:
+    """Return the numbers of lines of one length that stand in columns of one width.
+
+    Parameters
+    ----------
+    lines : bytes
+        Lines that all end in a line feed and have as many characters as the first.
+    start, width : int
+        Characters before the first column, and of each.
+    columns : int
+        How many there are.
+
+    Returns
+    -------
+    (n_lines, columns) array
+        As they stand, in the units of the file.
+
+    Raises
+    ------
+    ValueError
+        If lines differ in length, or a column holds no number.
+    """
+    length = lines.find(b"\n") + 1
+    end = start + width * columns
+    if length <= end or len(lines) % length:
+        raise ValueError("lines differ in length")
+    characters = np.frombuffer(lines, np.uint8).reshape(-1, length)
+    if np.any(characters[:, -1] != ord("\n")):
+        raise ValueError("lines differ in length")
+    cells = np.ascontiguousarray(characters[:, start:end]).view(f"S{width}")
+    return cells.astype(float)

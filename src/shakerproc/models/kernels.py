@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import compiled
+from shakerproc.models.compiled import compiled, inner
 
 
 @compiled
@@ -60,7 +60,7 @@ def iwan_along(
     return force
 
 
-@compiled
+@inner
 def _iwan_backbone(
     displacement: float, stiffness: float, slip_displacement: float, power: float
 ) -> float:
@@ -97,7 +97,7 @@ def bouc_wen_along(displacement: FloatArray, values: FloatArray) -> FloatArray:
     return force
 
 
-@compiled
+@inner
 def _bouc_wen_step(
     memory: float, way: float, exponent: float, loading: float, unloading: float
 ) -> float:
@@ -109,7 +109,7 @@ def _bouc_wen_step(
     return memory + way * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
-@compiled
+@inner
 def _bouc_wen_slope(
     memory: float, way: float, exponent: float, loading: float, unloading: float
 ) -> float:
@@ -150,7 +150,7 @@ def series_along(
     return force
 
 
-@compiled
+@inner
 def _stays_closed(before: float, after: float, values: FloatArray) -> bool:
     """Return whether contact without slip at both ends of a step is the same one."""
     if values[1] + values[2] > 0.0 and (before > 0.0) != (after > 0.0):
@@ -163,7 +163,7 @@ def _stays_closed(before: float, after: float, values: FloatArray) -> bool:
     return True
 
 
-@compiled
+@inner
 def _ramp(x: float) -> float:
     r"""Return what a velocity that rises evenly about its mean adds to a relaxing extension.
 
@@ -175,7 +175,7 @@ def _ramp(x: float) -> float:
     return (1.0 + np.exp(-x)) / (2.0 * x) + np.expm1(-x) / (x * x)
 
 
-@compiled
+@inner
 def _series_after(reach: float, velocity: float, time: float, values: FloatArray) -> float:
     """Return the extension after a time at a constant velocity, stretch by stretch [m]."""
     stiffness, slip = values[0], values[3]
@@ -236,7 +236,7 @@ def lugre_along(velocity: FloatArray, step: float, values: FloatArray) -> FloatA
     return force
 
 
-@compiled
+@inner
 def _mean_decay(x: float) -> float:
     """Return (exp(-x) - 1) / x, also for small x."""
     return np.expm1(-x) / x if x > 1e-12 else -1.0
@@ -266,7 +266,7 @@ def attached_along(
     return force
 
 
-@compiled
+@inner
 def _one_on(
     row: FloatArray, x: float, v: float, z: float, w: float, next_z: float, next_w: float
 ) -> float:

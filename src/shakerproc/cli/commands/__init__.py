@@ -4,10 +4,13 @@ A command is loaded when it is asked for. That must stay light: heavy packages a
 inside its function.
 """
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import wraps
+from contextlib import contextmanager
+from functools import partial, wraps
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, TypeAlias, final
+from typing import Any, Final, TypeAlias, cast, final
 
 import typer.core
 
@@ -111,8 +114,58 @@ class GroupedCommand(typer.core.TyperCommand):
         _write(formatter, {"Arguments": arguments, "Options": plain, **options})
 
 
+UsageError: Final = cast("type[Exception]", typer.BadParameter.__base__)
+"""Wrong usage, of the click that typer carries with it or of the one that it imports."""
+
+
+@contextmanager
+def _wrong_usage_in_one_line() -> Iterator[None]:
+    """Let wrong usage be told in one line, as unusable input is, and not in typer's four."""
+    try:
+        yield
+    except UsageError as raised:
+        error: Any = raised
+        if error.ctx is None or error.message != error.ctx.get_help():  # asked without a word
+            error.show = partial(_tell_usage, error)
+        raise
+
+
+def _tell_usage(error: Any, file: object = None) -> None:  # noqa: ARG001 - as click calls it
+    """Print what is wrong, the name that may be meant, and where the right usage stands."""
+    from shakerproc.cli import output
+
+    told = " ".join(error.format_message().splitlines()).rstrip(".")
+    if hasattr(error.__cause__, "errors"):  # pydantic says what it wants, not what it got
+        told += f", not '{error.__cause__.errors()[0]['input']}'"
+    absent = re.fullmatch(r"\w+ '(.+)' does not exist\.?", error.message)
+    told += _hint(Path(absent[1])) if absent else "" if told.endswith("?") else "."
+    place = error.ctx.command_path if error.ctx is not None else "shakerproc"
+    output.message(f"error: {told} See `{place} -h`.")
+
+
+def _hint(path: Path) -> str:
+    """Return the end of a sentence on a path that does not exist: a name that may be meant."""
+    from difflib import get_close_matches
+
+    if not path.parent.is_dir():
+        return f": there is no folder '{path.parent}'."
+    names = (other.name for other in path.parent.iterdir())
+    found = get_close_matches(path.name, names, n=1)
+    return f". Did you mean '{path.with_name(found[0])}'?" if found else "."
+
+
 class GroupedCommands(typer.core.TyperGroup):
     """The commands of the program, in groups in its help."""
+
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        """Read the arguments before the command."""
+        with _wrong_usage_in_one_line():
+            return super().make_context(*arguments, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Read the arguments of the command, and run it."""
+        with _wrong_usage_in_one_line():
+            return super().invoke(ctx)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands of each group, with their first lines."""

@@ -16,7 +16,10 @@ TestOption: TypeAlias = Annotated[
 AgainstOption: TypeAlias = Annotated[
     Path | None,
     typer.Option(
-        metavar="TESTLOG", help="A second log: its modes beside these.", dir_okay=False
+        metavar="TESTLOG",
+        help="A second log: its modes beside these.",
+        exists=True,
+        dir_okay=False,
     ),
 ]
 FromOption: TypeAlias = Annotated[

@@ -60,7 +60,9 @@ def write(
     ] = "linear",
     log: Annotated[
         Path | None,
-        typer.Option(metavar="TESTLOG", help="Shake with a test of this log instead."),
+        typer.Option(
+            metavar="TESTLOG", help="Shake with a test of this log instead.", exists=True
+        ),
     ] = None,
     test: Annotated[str | None, typer.Option(metavar="ID", help="Test of the log.")] = None,
     velocity: Annotated[

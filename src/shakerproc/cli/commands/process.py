@@ -21,7 +21,10 @@ def process(
     log: Annotated[
         Path | None,
         typer.Option(
-            metavar="TESTLOG", help="Test log that lists the recording.", rich_help_panel=TEST
+            metavar="TESTLOG",
+            help="Test log that lists the recording.",
+            exists=True,
+            rich_help_panel=TEST,
         ),
     ] = None,
     test: Annotated[

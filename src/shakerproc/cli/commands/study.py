@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 def study(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="STUDY", help="Study files (YAML).", show_default=False),
+        typer.Argument(
+            metavar="STUDY", help="Study files (YAML).", show_default=False, exists=True
+        ),
     ] = None,
     thesis: Annotated[
         bool,

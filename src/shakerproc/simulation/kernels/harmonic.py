@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.models.compiled import compiled
+from shakerproc.models.compiled import compiled, inner
 
 Harmonics: TypeAlias = NDArray[np.int64]
 
@@ -191,7 +191,7 @@ def segment_of(position: float, breakpoints: FloatArray) -> int:
     return segment
 
 
-@compiled
+@inner
 def _crossing(
     coefficients: ComplexArray, harmonics: Harmonics, level: float, low: float, high: float
 ) -> float:
@@ -214,7 +214,7 @@ def _crossing(
     return angle
 
 
-@compiled
+@inner
 def _turning(
     coefficients: ComplexArray, harmonics: Harmonics, low: float, high: float
 ) -> float:
@@ -301,7 +301,7 @@ def stretches(
     return angles[:count], segments[: count + 1]
 
 
-@compiled
+@inner
 def _pass(
     coefficients: ComplexArray,
     harmonics: Harmonics,
