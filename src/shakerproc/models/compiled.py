@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast, final
 
 from numba import njit
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
 from numba.core.types import Type, unliteral
 
 Function = TypeVar("Function", bound=Callable[..., object])
@@ -60,9 +60,17 @@ class _PartCompiler(CompilerBase):
         return [builder.define_nopython_pipeline(state)]
 
 
+_STEPS = (
+    "_ensure_finalized",
+    "_finalize_dynamic_globals",
+    "_finalize_final_module",
+    "_optimize_final_module",
+    "_verify_declare_only_symbols",
+)
+_KNOWN = all(hasattr(JITCodeLibrary, step) for step in _STEPS)  # no public interface of numba
 _PART: Callable[..., Callable[..., object]] = partial(
     njit,
-    pipeline_class=_PartCompiler,
+    pipeline_class=_PartCompiler if _KNOWN else Compiler,
     error_model="numpy",
     nogil=True,
     no_cpython_wrapper=True,
