@@ -22,7 +22,8 @@ def models_of_tests(
 ) -> Mapping[int | str, Model]:
     """Return the model of a file under the conditions of each test, by the id of the test.
 
-    Tests under the same conditions have the same model.
+    Tests under the same conditions have the same model, which is read once where the log
+    states them.
 
     Parameters
     ----------
@@ -40,13 +41,18 @@ def models_of_tests(
     ShakerprocError
         If a recording with a condition cannot be used.
     """
-    known: list[Model] = []
+    stated: dict[frozenset[tuple[str, str]], Model] = {}
     found: dict[int | str, Model] = {}
     for test in tests:
-        values = test.conditions if tell is None else _Known(test, tell)
-        read = read_model(path, Conditions(values, f"test {test.id}"))
-        found[test.id] = next((one for one in known if one == read), read)
-        known.append(found[test.id])
+        under = frozenset(test.conditions.items())
+        if tell is not None and test.measured_conditions:
+            read = read_model(path, Conditions(_Known(test, tell), f"test {test.id}"))
+        elif under in stated:
+            read = stated[under]
+        else:
+            read = read_model(path, Conditions(test.conditions, f"test {test.id}"))
+            stated[under] = read
+        found[test.id] = next((one for one in found.values() if one == read), read)
     return found
 
 

@@ -145,13 +145,12 @@ def _tell_usage(error: Any, file: object = None) -> None:  # noqa: ARG001 - as c
 
 def _hint(path: Path) -> str:
     """Return the end of a sentence on a path that does not exist: a name that may be meant."""
-    from difflib import get_close_matches
+    from shakerproc.units import near_miss
 
     if not path.parent.is_dir():
         return f": there is no folder '{path.parent}'."
-    names = (other.name for other in path.parent.iterdir())
-    found = get_close_matches(path.name, names, n=1)
-    return f". Did you mean '{path.with_name(found[0])}'?" if found else "."
+    meant = near_miss(path.name, [other.name for other in path.parent.iterdir()])
+    return f". Did you mean '{path.with_name(meant)}'?" if meant else "."
 
 
 class GroupedCommands(typer.core.TyperGroup):
