@@ -8,8 +8,8 @@ from tests.diagnosis.one_mass import arrays_of, one_mass
 
 from shakerproc.comparison.floor import floor_draws, floor_shares, is_beaten, with_more_refuted
 from shakerproc.comparison.free_run_error import Scored
-from shakerproc.comparison.noise import NOT_REFUTED, Refuted
-from shakerproc.comparison.noise_sources import ABOVE, QUIET, REPEATS
+from shakerproc.comparison.noise import LEFT, NOT_REFUTED, Refuted
+from shakerproc.comparison.noise_sources import ABOVE, DISAGREEMENT, QUIET, REPEATS
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
 
@@ -27,6 +27,26 @@ def test_what_noise_of_the_input_makes_is_refuted_by_a_smaller_error(moved, refu
     found = with_more_refuted(scored, quiet, draws, NOT_REFUTED)
     assert found.inputs == ((quiet.input_source,) if refuted else ())
     assert found.responses == ()
+
+
+def test_the_last_noise_of_the_input_makes_no_more_than_the_error_that_was_left():
+    (arrays, *_) = arrays_of(one_mass())
+    last = Refuted(inputs=(DISAGREEMENT, QUIET, ABOVE))
+    (test,) = prepared([arrays], refuted={arrays.name: last})
+    assert test.noise_density.input_source == LEFT
+    counted = np.ones(test.n_samples, bool)
+    scored = Scored(
+        test.responses, 1.1 * test.responses, test.sample_rate, test.arrays.band, counted
+    )
+    passed = 0.3 * test.responses[np.newaxis] * np.array([1.0, -1.0])[:, None, None]
+    draws = floor_draws(scored, test.noise_density, passed)
+    found = with_more_refuted(scored, test.noise_density, draws, last)
+    assert found.share == pytest.approx((0.1 / 0.3) ** 2, rel=1e-3)
+    (less,) = prepared([arrays], refuted={arrays.name: found})
+    ratio = less.noise_density.input / test.noise_density.input
+    assert ratio == pytest.approx(found.share)
+    scaled = floor_draws(scored, less.noise_density, passed * found.share**0.5)
+    assert with_more_refuted(scored, less.noise_density, scaled, found) == found
 
 
 def test_noise_that_parts_the_motion_in_a_few_draws_only_is_not_refuted():

@@ -31,7 +31,7 @@ _EXCHANGED = -0.6  # correlation of the logarithms of measured and predicted gai
 _LEAST_SPREAD = 0.25  # spread of the logarithms of gains, below which they tell nothing
 _LEAST_COHERENCE = 0.5  # coherence below which a gain is noise
 _FEWEST_BINS = 12  # bins
-_SOURCES = 4  # of noise, one after the other
+_SOURCES = 5  # of noise, one after the other, and what a model leaves of the last
 
 
 @final
@@ -277,7 +277,7 @@ def _with_next_floors(
             more, less = refuted[test.name], before[test.name]
             if more != less:
                 prediction = replace(found[i].prediction, measured=measured[i])
-                if more.inputs != less.inputs:
+                if (more.inputs, more.share) != (less.inputs, less.share):
                     prediction = predict(model, measured[i], windows=prediction.windows)
                 floor = floor_of(prediction, found[i].pair, more)
                 found[i] = replace(found[i], prediction=prediction, floor=floor)

@@ -14,7 +14,7 @@ from shakerproc.comparison.free_run_error import (
     relative_errors,
     standard_error,
 )
-from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted
+from shakerproc.comparison.noise import LEFT, NOT_REFUTED, Noise, Refuted
 from shakerproc.comparison.noise_sources import smoothed
 from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import FloatArray
@@ -124,7 +124,8 @@ def with_more_refuted(
 
     Noise that the simulation of a model beats on what it was not fitted to is less: that of
     the responses, or else what that of the input makes of the simulated response in every
-    draw. In a few draws the motion may part, which it did not in the test.
+    draw. In a few draws the motion may part, which it did not in the test. Of the last source
+    of the input as much stays as makes the error that was left.
 
     Parameters
     ----------
@@ -140,8 +141,20 @@ def with_more_refuted(
     if is_beaten(test, sensor_shares(test, noise)):
         return replace(refuted, responses=_with(refuted.responses, noise.source))
     if draws is not None and all(is_beaten(test, one) for one in draws):
+        if noise.input_source == LEFT:
+            return replace(refuted, share=refuted.share * _room(test, noise, draws))
         return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
     return refuted
+
+
+def _room(test: Scored, noise: Noise, draws: FloatArray) -> float:
+    """Return the share of the noise of the input that makes an error [-].
+
+    (e^2 - n^2) / (f^2 - n^2) of error e, floor f over all draws, and n, sensors' part of both.
+    """
+    own, left = sensor_shares(test, noise), relative_errors(test)
+    of_sensors, error, floor = (pooled([one]) ** 2 for one in (own, left, over_draws(draws)))
+    return max(error - of_sensors, 0.0) / (floor - of_sensors)
 
 
 def _with(names: tuple[str, ...], more: str) -> tuple[str, ...]:

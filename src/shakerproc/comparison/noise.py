@@ -1,6 +1,6 @@
 """The noise of every channel of a test, from what was measured alone."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, final
@@ -13,6 +13,9 @@ from shakerproc.data import FloatArray
 
 UNKNOWN: Final = "unknown"
 """Source where nothing in the measurement tells its noise."""
+
+LEFT: Final = "error that a model leaves"
+"""Source of noise of the input where all others told too much: it makes no more than that."""
 
 
 @final
@@ -88,10 +91,13 @@ class Refuted:
     ----------
     responses, inputs : tuple of str
         Of the noise of the responses, and of that of the input.
+    share : float
+        Share of what the last one of the input told that the model leaves room for [-].
     """
 
     responses: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
+    share: float = 1.0
 
     @property
     def names(self) -> list[str]:
@@ -125,13 +131,16 @@ def noise_of(
     refuted : Refuted
         Sources that a model has beaten on what was held out; the next is taken. Where there is
         none, that of a rest or of a free decay stays: noise is no more than that, and so is
-        what the model leaves.
+        what the model leaves. Of the input as much stays as makes what the model leaves.
     """
     frequency = sources.frequencies(test.sample_rate)
     resolved = sources.resolution(test)
     noise, source = _first(_RESPONSES, test, twins, refuted.responses)
     own = len(test.controls)
     drive, drive_source = _first(_INPUTS, test, twins, refuted.inputs)
+    if refuted.inputs and (drive is None or drive_source in refuted.inputs):
+        last, _ = _first({name: _INPUTS[name] for name in refuted.inputs[-1:]}, test, twins, ())
+        drive, drive_source = None if last is None else refuted.share * last, LEFT
     if drive is None:
         drive, drive_source = np.zeros((1, frequency.size)), UNKNOWN
     least_drive = resolved[:own].sum() / own**2
@@ -183,7 +192,7 @@ _INPUTS: Final = MappingProxyType({
 
 
 def _first(
-    kinds: MappingProxyType[str, sources.Source],
+    kinds: Mapping[str, sources.Source],
     test: sources.Channels,
     twins: Sequence[sources.Channels],
     refuted: Collection[str],

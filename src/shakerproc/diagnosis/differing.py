@@ -50,6 +50,8 @@ def alone(campaign: Campaign, linear: Fit, form: Form) -> tuple[Campaign, bool]:
         In which that is asked.
     """
     there = carried(campaign.data, linear, [form])
+    if there is not None:  # noise of the input is noise, too
+        there = carried(campaign.data, there, [form.knowing(campaign.data, there)], rounds=0)
     score = None if there is None else as_fitted(campaign.data, there)
     if there is None or score is None:
         return campaign, False

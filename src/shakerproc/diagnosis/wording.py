@@ -290,10 +290,17 @@ def _fall(errors: Errors) -> str:
 
 def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
     """Return which estimates of the noise were too large, of responses and inputs, by test."""
-    return [
-        f"{test}: there is less noise of {of} than {' and '.join(sources)} said, for a model "
-        "leaves less of what was held out; the next estimate was taken, if there is one."
-        for test, own in refuted.items()
-        for of, sources in (("the responses", own.responses), ("the input", own.inputs))
-        if sources
-    ]
+    notes = []
+    for test, own in refuted.items():
+        for of, sources in (("the responses", own.responses), ("the input", own.inputs)):
+            if sources:
+                notes.append(
+                    f"{test}: there is less noise of {of} than {' and '.join(sources)} said, "
+                    "for a model leaves less of what was held out; the next estimate was taken."
+                )
+        if own.share < 1.0:
+            notes.append(
+                f"{test}: nothing else tells the noise of the input; it is taken as what the "
+                "model leaves, and no probability is told."
+            )
+    return notes

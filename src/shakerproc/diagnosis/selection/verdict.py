@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from shakerproc.comparison.noise import LEFT
 from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import (
@@ -134,8 +135,12 @@ def judged(
 
 
 def _has_odds(found: Found, chosen: Score) -> bool:
-    """Return whether the draws of the calibration tell how probable a verdict is."""
-    return not found.data.model.excitation.imposed and found.is_explained_by(chosen)
+    """Return whether the draws of the calibration tell how probable a verdict is.
+
+    Not where the noise is only known as what the hypothesis itself leaves.
+    """
+    known = all(test.noise_density.input_source != LEFT for test in found.data.tests)
+    return known and not found.data.model.excitation.imposed and found.is_explained_by(chosen)
 
 
 def _doubts(found: Found, chosen: Score, after: Simulated, errors: Errors) -> list[str]:
