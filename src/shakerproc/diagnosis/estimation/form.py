@@ -66,7 +66,7 @@ class Form:
             if alike
             else with_passed_noise(data, found, self.fitted),
             scored_fitted=scored,
-            held_out=with_passed_noise(data, found, self.held_out),
+            held_out=with_passed_noise(data, found, self.held_out, fitted=False),
         )
 
     def starts_of(self, data: DataSet, found: Fit) -> FloatArray | None:

@@ -21,7 +21,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.residuals import EXCESS
-from shakerproc.diagnosis.estimation.spread import Spread
+from shakerproc.diagnosis.estimation.spread import Spread, drawn_steps
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.diagnosis.estimation.window_starts import with_best_starts
@@ -128,6 +128,16 @@ class Fit:
     def uncertainty(self) -> Uncertainty:
         """Standard deviations of these, each with its source (see `Spread.uncertainty`)."""
         return self._spread.uncertainty()
+
+    def drawn(self, count: int) -> FloatArray:
+        """Return numbers drawn from what their tests leave open of them, (count, n_x) array.
+
+        None where the motion runs away beside them; what no test tells stays as it is.
+        """
+        n = self.x.size
+        steps = drawn_steps(self._spread.covariance[:n, :n], count)
+        low, high = self.hypothesis.bounds()
+        return np.clip(self.x + steps, low, high)
 
     @cached_property
     def _spread(self) -> Spread:

@@ -77,7 +77,9 @@ def under_noise(
             yield noisy
 
 
-def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
+def with_passed_noise(
+    data: DataSet, found: Fit, windows: Windows, *, fitted: bool = True
+) -> Windows:
     """Return windows that know where the motion of a fit cannot be predicted.
 
     Two motions of a contact that is just missed part. There a residual tells little of a
@@ -93,6 +95,9 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
         Whose model it is.
     windows : Windows
         Those that are to be fitted or scored.
+    fitted : bool
+        Whether the numbers are fitted to them. If not, what the tests leave open of the
+        numbers counts as noise as well.
     """
     settled = with_starts_fitted(data, found, windows)
     if settled is None:
@@ -110,9 +115,22 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     passed = []
     bent = _bent(data, settled, windows, still)
     folded = _folded(data, settled, windows, still)
+    opened = (
+        []
+        if fitted
+        else [
+            one
+            for x in found.drawn(FEW)
+            if (one := prediction_of(data, replace(settled, x=x), windows))
+        ]
+    )
     for i, outputs in enumerate(still.outputs):
         test = int(windows.table[i, 0])
-        squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
+        squares = sum(
+            np.mean([(one.outputs[i] - outputs) ** 2 for one in draws], axis=0)
+            for draws in (noisy, opened)
+            if draws
+        )
         length = max(1, round(data.lengths.block_s * data.tests[test].sample_rate))
         passed.append(_envelope(squares + bent[i] + folded[i], length))
     return replace(windows, passed=tuple(passed))
