@@ -27,6 +27,7 @@ from shakerproc.diagnosis.selection.choice import (
     standing_of,
     wants_more,
 )
+from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
 from shakerproc.diagnosis.selection.scores import (
     Score,
@@ -57,8 +58,7 @@ def with_all(
     fitted, or the best leaves noise of what was held out and more of what it was fitted to.
     Those `known` race, too; none where motions are imposed, and so held already.
     """
-    in_part = found.explained and not found.is_enough
-    if not (in_part or wants_more(found) or is_outside(found)):
+    if not (doubtful(found) or wants_more(found) or is_outside(found)):
         return found
     names = [score.fit.hypothesis.names for score in found.effects]
     rest = [one for one in every() if one.hypothesis.names not in names]

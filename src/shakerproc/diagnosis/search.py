@@ -39,6 +39,7 @@ from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
+from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.models import Model
 
@@ -137,7 +138,9 @@ class Begun:
     def is_enough(self) -> bool:
         """Whether no more is to be looked for."""
         found = self.found
-        return bool(found.rigid) or (found.is_enough and not wants_more(found))
+        return bool(found.rigid) or (
+            found.is_enough and not wants_more(found) and not doubtful(found)
+        )
 
     def ended(self, say: Callable[[str], None]) -> Found:
         """Return the findings with pairs of effects, where these are to be looked for."""

@@ -76,6 +76,14 @@ def unexplained_tests(found: Found, score: Score, simulated: Simulated) -> list[
     return sorted(out, key=lambda one: one.floor / one.error)
 
 
+def doubtful(found: Found) -> bool:
+    """Return whether the best leaves noise of what was held out, but more of a fitted test."""
+    best = found.best
+    if not found.explained:
+        return False
+    return bool(unexplained_tests(found, best, simulated_by(found.data, found.form, best.fit)))
+
+
 def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
     """Return the test that alone shows what was chosen; None where another may, or one is all.
 
