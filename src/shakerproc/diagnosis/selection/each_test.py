@@ -21,7 +21,13 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, TENTH, bare
+from shakerproc.diagnosis.selection.choice import (
+    NEGLIGIBLE,
+    TENTH,
+    bare,
+    leaves_more,
+    standing_of,
+)
 from shakerproc.diagnosis.selection.errors import floors_of, scored_tests
 from shakerproc.diagnosis.selection.scores import SURE, Score
 
@@ -77,11 +83,16 @@ def unexplained_tests(found: Found, score: Score, simulated: Simulated) -> list[
 
 
 def doubtful(found: Found) -> bool:
-    """Return whether the best leaves noise of what was held out, but more of a fitted test."""
-    best = found.best
-    if not found.explained:
+    """Return whether what stands leaves noise of what was held out, but more of a test.
+
+    Of one that it was fitted to: what was held out may not exercise all that is missing.
+    """
+    standing = standing_of(found)
+    chosen = standing[0] if standing else bare(found)
+    if leaves_more(found, chosen):
         return False
-    return bool(unexplained_tests(found, best, simulated_by(found.data, found.form, best.fit)))
+    simulated = simulated_by(found.data, found.form, chosen.fit)
+    return bool(unexplained_tests(found, chosen, simulated))
 
 
 def shown_by_one(found: Found, simulated: Simulated) -> OneTest | None:
