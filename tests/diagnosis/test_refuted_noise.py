@@ -8,7 +8,7 @@ from tests.diagnosis.one_mass import arrays_of, one_mass
 
 from shakerproc.comparison.floor import floor_draws, floor_shares, is_beaten, with_more_refuted
 from shakerproc.comparison.free_run_error import Scored
-from shakerproc.comparison.noise import LEFT, NOT_REFUTED, Refuted
+from shakerproc.comparison.noise import LEFT, NOT_REFUTED, UNKNOWN, Refuted
 from shakerproc.comparison.noise_sources import ABOVE, DISAGREEMENT, QUIET, REPEATS
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.result import Errors, Pair
@@ -47,6 +47,18 @@ def test_the_last_noise_of_the_input_makes_no_more_than_the_error_that_was_left(
     assert ratio == pytest.approx(found.share)
     scaled = floor_draws(scored, less.noise_density, passed * found.share**0.5)
     assert with_more_refuted(scored, less.noise_density, scaled, found) == found
+
+
+def test_noise_of_an_input_that_is_not_known_is_not_refuted():
+    (test, *_) = prepared(arrays_of(one_mass()))
+    counted = np.ones(test.n_samples, bool)
+    scored = Scored(
+        test.responses, 1.01 * test.responses, test.sample_rate, test.arrays.band, counted
+    )
+    unknown = replace(test.noise_density, input_source=UNKNOWN)
+    draws = floor_draws(scored, unknown, 0.3 * test.responses[np.newaxis])
+    assert all(is_beaten(scored, one) for one in draws)
+    assert with_more_refuted(scored, unknown, draws, NOT_REFUTED) == NOT_REFUTED
 
 
 def test_noise_that_parts_the_motion_in_a_few_draws_only_is_not_refuted():

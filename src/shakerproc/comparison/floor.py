@@ -14,7 +14,7 @@ from shakerproc.comparison.free_run_error import (
     relative_errors,
     standard_error,
 )
-from shakerproc.comparison.noise import LEFT, NOT_REFUTED, Noise, Refuted
+from shakerproc.comparison.noise import LEFT, NOT_REFUTED, UNKNOWN, Noise, Refuted
 from shakerproc.comparison.noise_sources import smoothed
 from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import FloatArray
@@ -140,7 +140,8 @@ def with_more_refuted(
     """
     if is_beaten(test, sensor_shares(test, noise)):
         return replace(refuted, responses=_with(refuted.responses, noise.source))
-    if draws is not None and all(is_beaten(test, one) for one in draws):
+    driven = noise.input_source != UNKNOWN
+    if driven and draws is not None and all(is_beaten(test, one) for one in draws):
         if noise.input_source == LEFT:
             return replace(refuted, share=refuted.share * _room(test, noise, draws))
         return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
