@@ -194,7 +194,7 @@ def _arrived(
     if there is not None and data is not campaign.data:
         campaign, form = replace(campaign, data=data), form.knowing(data, there)
         there = arrived(data, there, form)
-    return campaign, form, there
+    return campaign, form if there is None else form.told_by(data, there), there
 
 
 def scores_beside(

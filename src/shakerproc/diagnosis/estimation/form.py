@@ -10,7 +10,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, fit_plainly
 from shakerproc.diagnosis.estimation.parts import FEWEST_BLOCKS, HORIZON, RUN_IN, Windows
-from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
+from shakerproc.diagnosis.estimation.passed_noise import with_open_numbers, with_passed_noise
 from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import TAPS
@@ -66,8 +66,12 @@ class Form:
             if alike
             else with_passed_noise(data, found, self.fitted),
             scored_fitted=scored,
-            held_out=with_passed_noise(data, found, self.held_out, fitted=False),
+            held_out=with_passed_noise(data, found, self.held_out),
         )
+
+    def told_by(self, data: DataSet, there: Fit) -> "Form":
+        """Return the form with what a fit to it leaves open of its numbers."""
+        return replace(self, held_out=with_open_numbers(data, there, self.held_out))
 
     def starts_of(self, data: DataSet, found: Fit) -> FloatArray | None:
         """Return starts of what is fitted to, each told by the first periods of its window.

@@ -77,9 +77,7 @@ def under_noise(
             yield noisy
 
 
-def with_passed_noise(
-    data: DataSet, found: Fit, windows: Windows, *, fitted: bool = True
-) -> Windows:
+def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     """Return windows that know where the motion of a fit cannot be predicted.
 
     Two motions of a contact that is just missed part. There a residual tells little of a
@@ -95,9 +93,6 @@ def with_passed_noise(
         Whose model it is.
     windows : Windows
         Those that are to be fitted or scored.
-    fitted : bool
-        Whether the numbers are fitted to them. If not, what the tests leave open of the
-        numbers counts as noise as well.
     """
     settled = with_starts_fitted(data, found, windows)
     if settled is None:
@@ -115,24 +110,41 @@ def with_passed_noise(
     passed = []
     bent = _bent(data, settled, windows, still)
     folded = _folded(data, settled, windows, still)
-    opened = (
-        []
-        if fitted
-        else [
-            one
-            for x in found.drawn(FEW)
-            if (one := prediction_of(data, replace(settled, x=x), windows))
-        ]
-    )
     for i, outputs in enumerate(still.outputs):
         test = int(windows.table[i, 0])
-        squares = sum(
-            np.mean([(one.outputs[i] - outputs) ** 2 for one in draws], axis=0)
-            for draws in (noisy, opened)
-            if draws
-        )
+        squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
         length = max(1, round(data.lengths.block_s * data.tests[test].sample_rate))
         passed.append(_envelope(squares + bent[i] + folded[i], length))
+    return replace(windows, passed=tuple(passed))
+
+
+def with_open_numbers(data: DataSet, found: Fit, windows: Windows) -> Windows:
+    """Return held-out windows that know how open the numbers of a fit are.
+
+    What numbers drawn from their covariance make of the motion there counts as noise: two laws
+    that explain a few periods alike predict the rest by chance. Not of a law that is off: what
+    it leaves of its own tests is no scatter of its numbers.
+
+    Parameters
+    ----------
+    data, found, windows
+        As for `with_passed_noise`, which comes before.
+    """
+    settled = with_starts_fitted(data, found, windows) if found.follows_most else None
+    still = None if settled is None else prediction_of(data, settled, windows)
+    if settled is None or still is None or windows.passed is None:
+        return windows
+    drawn = (replace(settled, x=x) for x in found.drawn(FEW))
+    each = [prediction_of(data, one, windows) for one in drawn]
+    moved = [one for one in each if one is not None]
+    if not moved:
+        return windows
+    passed = []
+    for i, (outputs, own) in enumerate(zip(still.outputs, windows.passed, strict=True)):
+        squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in moved], axis=0)
+        rate = data.tests[int(windows.table[i, 0])].sample_rate
+        length = max(1, round(data.lengths.block_s * rate))
+        passed.append(np.hypot(own, _envelope(squares, length)))
     return replace(windows, passed=tuple(passed))
 
 
