@@ -46,9 +46,7 @@ def standing_of(found: Found) -> list[Score]:
     ]
     if not named and not found.rigid and leaves_more(found, bare(found)):
         named = [
-            s
-            for s in better
-            if _lowers(found, s) and _holds_on(found, s, [bare(found), *_with_fewer(found, s)])
+            s for s in better if _lowers(found, s) and _holds_on(found, s, _fewer(found, s))
         ]
     return simplest_alike(named) if named else []
 
@@ -173,8 +171,13 @@ def _lowers(found: Found, score: Score) -> bool:
     The model without any as fitted, and as it is in its file, are among those: what a stiffness
     that is not the model's own takes away already needs no effect.
     """
-    fewer = [found.as_it_is or found.linear, found.linear, *_with_fewer(found, score)]
+    fewer = _fewer(found, score)
     return all(is_better(score, o) and _takes_a_tenth(found, score, o) for o in fewer)
+
+
+def _fewer(found: Found, score: Score) -> list[Score]:
+    """Return those of fewer effects, the model as it is and as fitted among them."""
+    return [found.as_it_is or found.linear, found.linear, *_with_fewer(found, score)]
 
 
 def _takes_a_tenth(found: Found, score: Score, other: Score) -> bool:
