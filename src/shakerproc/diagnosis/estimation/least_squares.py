@@ -21,7 +21,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.residuals import EXCESS
-from shakerproc.diagnosis.estimation.spread import Spread, drawn_steps
+from shakerproc.diagnosis.estimation.spread import Spread, axes_of
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.diagnosis.estimation.window_starts import with_best_starts
@@ -129,15 +129,15 @@ class Fit:
         """Standard deviations of these, each with its source (see `Spread.uncertainty`)."""
         return self._spread.uncertainty()
 
-    def drawn(self, count: int) -> FloatArray:
-        """Return numbers drawn from what their tests leave open of them, (count, n_x) array.
+    def numbers_apart(self) -> FloatArray:
+        """Return the numbers a standard error away along each axis of their covariance.
 
-        None where the motion runs away beside them; what no test tells stays as it is.
+        An (n_x, n_x) array, a row for each axis; what no test tells stays as it is.
         """
-        n = self.x.size
-        steps = drawn_steps(self._spread.covariance[:n, :n], count)
         low, high = self.hypothesis.bounds()
-        return np.clip(self.x + steps, low, high)
+        return np.clip(
+            self.x + axes_of(self._spread.covariance[: self.x.size, : self.x.size]), low, high
+        )
 
     @cached_property
     def _spread(self) -> Spread:

@@ -121,9 +121,9 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
 def with_open_numbers(data: DataSet, found: Fit, windows: Windows) -> Windows:
     """Return held-out windows that know how open the numbers of a fit are.
 
-    What numbers drawn from their covariance make of the motion there counts as noise: two laws
-    that explain a few periods alike predict the rest by chance. Not of a law that is off: what
-    it leaves of its own tests is no scatter of its numbers.
+    What a standard error along each axis of their covariance makes of the motion there counts
+    as noise: two laws that explain a few periods alike predict the rest by chance. Not of a law
+    that is off: what it leaves of its own tests is no scatter of its numbers.
 
     Parameters
     ----------
@@ -134,14 +134,14 @@ def with_open_numbers(data: DataSet, found: Fit, windows: Windows) -> Windows:
     still = None if settled is None else prediction_of(data, settled, windows)
     if settled is None or still is None or windows.passed is None:
         return windows
-    drawn = (replace(settled, x=x) for x in found.drawn(FEW))
-    each = [prediction_of(data, one, windows) for one in drawn]
+    apart = (replace(settled, x=x) for x in found.numbers_apart())
+    each = [prediction_of(data, one, windows) for one in apart]
     moved = [one for one in each if one is not None]
     if not moved:
         return windows
     passed = []
     for i, (outputs, own) in enumerate(zip(still.outputs, windows.passed, strict=True)):
-        squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in moved], axis=0)
+        squares = np.sum([(one.outputs[i] - outputs) ** 2 for one in moved], axis=0)
         rate = data.tests[int(windows.table[i, 0])].sample_rate
         length = max(1, round(data.lengths.block_s * rate))
         passed.append(np.hypot(own, _envelope(squares, length)))

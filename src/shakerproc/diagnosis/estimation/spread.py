@@ -171,8 +171,16 @@ def drawn_steps(covariance: FloatArray, count: int, *, least: float = 0.0) -> Fl
     least : float
         Standard deviation that each direction has besides [-].
     """
+    axes = axes_of(covariance, least=least)
+    steps: FloatArray = np.random.default_rng(0).standard_normal((count, len(axes))) @ axes
+    return steps
+
+
+def axes_of(covariance: FloatArray, *, least: float = 0.0) -> FloatArray:
+    """Return a standard error along each axis of a covariance, a row each, (n, n) array [-].
+
+    0 along those that the tests do not tell, `least` [-] more along all others.
+    """
     power, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
     power = np.where(power < TOLD**2, np.maximum(power, 0.0) + least**2, 0.0)
-    normal = np.random.default_rng(0).standard_normal((count, power.size))
-    steps: FloatArray = (normal * np.sqrt(power)) @ directions.T
-    return steps
+    return np.asarray((directions * np.sqrt(power)).T)
