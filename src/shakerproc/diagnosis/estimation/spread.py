@@ -157,30 +157,18 @@ def _by_input(linearisation: Linearisation, at: Point) -> list[FloatArray]:
     return linearisation.differences(at.gain / (2.0 * step), here, there)
 
 
-def drawn_steps(covariance: FloatArray, count: int, *, least: float = 0.0) -> FloatArray:
-    """Return steps of a standard error in directions drawn by chance, (count, n) array [-].
-
-    What the tests do not tell stays as it is: far away it would show.
-
-    Parameters
-    ----------
-    covariance : (n, n) array
-        Of the coordinates.
-    count : int
-        How many.
-    least : float
-        Standard deviation that each direction has besides [-].
-    """
-    axes = axes_of(covariance, least=least)
+def drawn_steps(covariance: FloatArray, count: int) -> FloatArray:
+    """Return steps of a standard error in directions drawn by chance, (count, n) array [-]."""
+    axes = axes_of(covariance)
     steps: FloatArray = np.random.default_rng(0).standard_normal((count, len(axes))) @ axes
     return steps
 
 
-def axes_of(covariance: FloatArray, *, least: float = 0.0) -> FloatArray:
+def axes_of(covariance: FloatArray) -> FloatArray:
     """Return a standard error along each axis of a covariance, a row each, (n, n) array [-].
 
-    0 along those that the tests do not tell, `least` [-] more along all others.
+    0 along those that the tests do not tell: far away they would show.
     """
     power, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    power = np.where(power < TOLD**2, np.maximum(power, 0.0) + least**2, 0.0)
+    power = np.where(power < TOLD**2, np.maximum(power, 0.0), 0.0)
     return np.asarray((directions * np.sqrt(power)).T)
