@@ -104,10 +104,6 @@ class FurtherMode:
         """Return a mode of a model."""
         return cls(mode.frequency, mode.damping_ratio, mode.mass, dict(mode.participation))
 
-    def as_mode(self) -> Mode:
-        """Return it as a model holds it."""
-        return Mode(self.frequency, self.damping_ratio, self.mass, self.participation)
-
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
         return {
