@@ -25,9 +25,32 @@ def test_rest_ends_just_before_the_shaker_begins():
     assert quiet.responses.std() == pytest.approx(0.01, rel=0.1)
 
 
-@pytest.mark.parametrize("start", [0, 300])
+@pytest.mark.parametrize("start", [0, 60])
 def test_too_short_a_rest_tells_nothing(start):
     assert quiet_of(*channels(start), RATE) is None
+
+
+def blow(before, n=4000, rate=8192.0):
+    """Return a hammer's force and the ringing that it starts, `before` samples of rest first."""
+    rng = np.random.default_rng(6)
+    rows = 1e-3 * rng.standard_normal((2, n))
+    rows[0, before : before + 12] += np.sin(np.pi * np.arange(12) / 12.0)
+    time = np.arange(n - before) / rate
+    rows[1, before:] += np.exp(-12.0 * time) * np.sin(2.0 * np.pi * 250.0 * time)
+    return rows[:1], rows[1:], rate
+
+
+@pytest.mark.parametrize("before", [120, 410])
+def test_a_recorder_that_waits_for_a_blow_keeps_a_rest(before):
+    quiet = quiet_of(*blow(before))
+    assert before - 48 <= quiet.stop <= before
+
+
+def test_what_is_smooth_before_a_blow_is_no_rest():
+    """A swing that is slow beside the sample rate stands still for some dozen samples."""
+    force, response, rate = blow(410)
+    slow = 0.02 * np.cos(2.0 * np.pi * 3.0 * np.arange(response.size) / rate)
+    assert quiet_of(force, response + slow, rate) is None
 
 
 def test_a_drive_that_is_turned_up_slowly_is_no_rest():

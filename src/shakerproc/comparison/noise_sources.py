@@ -348,6 +348,8 @@ _REST = 0.3  # rest is quieter than this share of the whole recording
 _DRIVEN = 0.5  # median coherence with the controls: noises of two sensors have none
 _SEGMENTS = 8  # of the lead-in, for the coherence
 _FEWEST = 8  # samples of each: bins beside those that hold the mean
+_PRETRIGGER = 64  # samples that a recorder keeps before a blow, at least
+_UNLIKE = 1.0  # mean square of successive differences over the variance: 2 for white noise
 _GROWS = 2.0  # from the first to the last third: a drive that is turned up is no rest
 
 
@@ -375,23 +377,57 @@ def quiet_of(controls: FloatArray, responses: FloatArray, sample_rate: float) ->
     The rms of blocks of 0.05 s is followed from the start; rest ends where a control or a
     response first exceeds three times its quietest block of the start, and must be below
     three tenths of the rms of the whole, have 64 samples, not grow while it lasts, and hold
-    responses that have nothing in common with the controls at most frequencies.
+    responses that have nothing in common with the controls at most frequencies. A recorder
+    that waits for a blow keeps less than 0.3 s before it: there blocks of 16 samples are
+    followed, and none of their channels may hold anything smooth.
 
     `controls` and `responses` are in the units of their channels, `sample_rate` in [Hz].
     """
-    size = max(8, round(BLOCK_S * sample_rate))
+    slow = _lead_in(controls, responses, sample_rate, _blocks(sample_rate))
+    if slow is not None:
+        return slow
+    found = _lead_in(controls, responses, sample_rate, (_PRETRIGGER // 4, _PRETRIGGER))
+    if found is None or not _is_noise(np.concatenate([found.controls, found.responses])):
+        return None
+    return found
+
+
+def _blocks(sample_rate: float) -> tuple[int, float]:
+    """Return the samples of a block, and those that a rest takes at least."""
+    return max(8, round(BLOCK_S * sample_rate)), SHORTEST_S * sample_rate
+
+
+def _is_noise(rows: FloatArray) -> bool:
+    """Return whether neighbouring samples of every row have next to nothing in common.
+
+    References
+    ----------
+    .. [1] J. von Neumann, "Distribution of the ratio of the mean square successive difference
+       to the variance", Annals of Mathematical Statistics 12, 367-395, 1941: 2 for white noise.
+    """
+    ratio = np.mean(np.diff(rows, axis=1) ** 2, axis=1)
+    return bool(np.all(ratio >= _UNLIKE * np.var(rows, axis=1)))
+
+
+def _lead_in(
+    controls: FloatArray,
+    responses: FloatArray,
+    sample_rate: float,
+    blocks: tuple[int, float],
+) -> Quiet | None:
+    """Return the lead-in that blocks of a size show, none shorter than so many samples."""
+    size, shortest = blocks
     both = np.concatenate([controls, responses])
     n_blocks = both.shape[1] // size
-    if n_blocks * size < 2 * SHORTEST_S * sample_rate:
+    if n_blocks * size < 2 * shortest:
         return None
-    blocks = both[:, : n_blocks * size].reshape(both.shape[0], n_blocks, size)
-    level = blocks.std(axis=2)
-    first = max(2, round(SHORTEST_S * sample_rate / size))
+    level = both[:, : n_blocks * size].reshape(both.shape[0], n_blocks, size).std(axis=2)
+    first = max(2, round(shortest / size))
     quietest = level[:, :first].min(axis=1, keepdims=True)
     loud = np.any(level > _LOUDER * quietest, axis=0)
     end = int(np.argmax(loud)) if loud.any() else 0
     stop = (end - 1) * size
-    if stop < max(SHORTEST_S * sample_rate, _SEGMENTS * _FEWEST):
+    if stop < max(shortest, _SEGMENTS * _FEWEST):
         return None
     lead = both[:, :stop]
     if np.any(lead.std(axis=1) > _REST * both.std(axis=1)):
@@ -431,9 +467,10 @@ def end_of(controls: FloatArray, responses: FloatArray, sample_rate: float) -> i
 
     Nothing of a model shows in it: a decay that has died away is no motion to be predicted.
 
-    Arguments are those of `quiet_of`, which looks for it from the end.
+    Arguments are those of `quiet_of`.
     """
-    rest = quiet_of(controls[:, ::-1], responses[:, ::-1], sample_rate)
+    blocks = _blocks(sample_rate)
+    rest = _lead_in(controls[:, ::-1], responses[:, ::-1], sample_rate, blocks)
     return int(responses.shape[1]) - (0 if rest is None else rest.stop)
 
 

@@ -6,17 +6,20 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
 from shakerproc.diagnosis.estimation.growth import Stages, grown, stages_of
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
+from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
+from shakerproc.diagnosis.selection.scores import MOSTLY_NOISE
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -71,7 +74,8 @@ RUNS_AWAY: Final = (
 def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
     """Return the model's own numbers, fitted alone.
 
-    Of a structure to whole tests, from where its linear model is.
+    Of a structure to whole tests, from where its linear model is. That model stands where it
+    explains whole tests and what was fitted to windows does not: few windows hold a blow.
 
     Raises
     ------
@@ -86,12 +90,25 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
         found = fit(data, none, x, whole, rounds=STRUCTURE_ROUNDS)
     else:
         found = grown(data, none, nothing, campaign.stages)
+        told = None if linear_model is None else as_in(none, linear_model.model)
+        if found is not None and told is not None and _is_led_astray(campaign, found, told):
+            found = fit(data, none, told, found.windows, rounds=0)
     if found is None:
         whole = whole_tests(data, held_out=False)
         found = fit(data, none, nothing, whole, rounds=ROUNDS)
     if found is None:
         raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
     return found
+
+
+def _is_led_astray(campaign: Campaign, found: Fit, told: FloatArray) -> bool:
+    """Return whether other numbers leave noise of whole tests, and those of a fit do not."""
+    data, whole = campaign.data, campaign.stages.whole
+    if whole is None:
+        return False
+    if level_at(data, found.hypothesis, found.x, whole, found.channels) <= MOSTLY_NOISE:
+        return False
+    return level_at(data, found.hypothesis, told, whole) <= MOSTLY_NOISE
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:

@@ -142,12 +142,10 @@ def unexplained_sentence(test: OneTest) -> str:
 
 
 def whole_sentence(errors: Errors) -> str:
-    """Return that an effect does not explain whole tests as it does the time ahead judged."""
-    without = errors.held_out.before if errors.without is None else errors.without
-    return (
-        f"Over whole tests {numeral(errors.held_out.after)} is left, {numeral(without)} "
-        "without it: more is missing."
-    )
+    """Return that whole tests are not explained as the time ahead is that was judged."""
+    left, without = errors.held_out.after, errors.without
+    beside = "" if without is None else f", {numeral(without)} without it"
+    return f"Over whole tests {numeral(left)} is left{beside}: more is missing."
 
 
 def short_sentence(horizon_s: float | None) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, numbers, numbers_off
-from shakerproc.diagnosis.found import Found
+from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.diagnosis.result import Errors, Finding, Pair, Tried
@@ -93,19 +93,21 @@ def errors_told(
     return comparisons.errors(known, model_with(known, elements_of(effects), linear), bare, own)
 
 
-def holds_in_whole_tests(errors: Errors) -> bool:
-    """Return whether an effect explains most of whole tests, too, as `compare` runs them.
+def holds_in_whole_tests(errors: Errors, *, effects: bool) -> bool:
+    """Return whether whole tests are explained, too, as `compare` runs them.
 
     By the rule for candidates, which are judged over as long as motions can be predicted: of
-    the error beyond the noise it leaves half at most.
+    the error beyond the noise effects leave half at most. Without any no more than noise may be
+    left, or what sensors are calibrated to.
     """
     if errors.of_candidates is None:
         return True
+    left, floor = errors.held_out.after, errors.noise_floor
+    if not effects:
+        return left <= NEGLIGIBLE or not np.isfinite(floor) or is_within(left, floor)
     without = errors.held_out.before if errors.without is None else errors.without
-    left, was = (
-        beyond_noise(one, errors.noise_floor) for one in (errors.held_out.after, without)
-    )
-    return left <= max(NEGLIGIBLE, SHARE * was)
+    beyond, was = (beyond_noise(one, floor) for one in (left, without))
+    return beyond <= max(NEGLIGIBLE, SHARE * was)
 
 
 def nothing_named(

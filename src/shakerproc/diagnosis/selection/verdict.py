@@ -88,7 +88,7 @@ def judged(
     missing = outside or (np.isfinite(found.floor) and leaves_more(found, chosen))
     told_by = None if outside or locked or faults or found.rigid else comparisons
     errors = errors_told(found, effects, linear, own, told_by)
-    apart = _doubts(found, chosen, after, errors if effects else own)
+    apart = _doubts(found, chosen, after, errors)
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     if outside:
@@ -149,7 +149,7 @@ def _doubts(found: Found, chosen: Score, after: Simulated, errors: Errors) -> li
     told = [headline.unexplained_sentence(one) for one in apart[:1]]
     if not leaves_more(found, chosen) and falls_short(found, chosen):
         told.append(headline.short_sentence(found.form.horizon))
-    if not holds_in_whole_tests(errors):
+    if not holds_in_whole_tests(errors, effects=bool(chosen.fit.hypothesis.added)):
         told.append(headline.whole_sentence(errors))
     return told
 
