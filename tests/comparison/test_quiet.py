@@ -31,7 +31,7 @@ def test_too_short_a_rest_tells_nothing(start):
 
 
 def blow(before, n=4000, rate=8192.0):
-    """Return a hammer's force and the ringing that it starts, `before` samples of rest first."""
+    """Return the force of a hammer and the ringing it starts, after some samples of rest."""
     rng = np.random.default_rng(6)
     rows = 1e-3 * rng.standard_normal((2, n))
     rows[0, before : before + 12] += np.sin(np.pi * np.arange(12) / 12.0)

@@ -16,10 +16,9 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
 from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
-from shakerproc.diagnosis.estimation.windows import whole_tests
+from shakerproc.diagnosis.estimation.windows import whole_from_starts, whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
-from shakerproc.diagnosis.selection.scores import MOSTLY_NOISE
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 
@@ -61,6 +60,9 @@ def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
     )
 
 
+MUCH: Final = 0.5
+"""Level (see `Fit`) over that of another fit below which much less is left [-]."""
+
 STRUCTURE_ROUNDS: Final = 1
 """Steps of a structure without effects on whole tests: its linear model explains them, or an
 effect is missing [-]."""
@@ -75,7 +77,7 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
     """Return the model's own numbers, fitted alone.
 
     Of a structure to whole tests, from where its linear model is. That model stands where it
-    explains whole tests and what was fitted to windows does not: few windows hold a blow.
+    leaves much less of whole tests than what was fitted to windows: few of them hold a blow.
 
     Raises
     ------
@@ -102,13 +104,11 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
 
 
 def _is_led_astray(campaign: Campaign, found: Fit, told: FloatArray) -> bool:
-    """Return whether other numbers leave noise of whole tests, and those of a fit do not."""
-    data, whole = campaign.data, campaign.stages.whole
-    if whole is None:
-        return False
-    if level_at(data, found.hypothesis, found.x, whole, found.channels) <= MOSTLY_NOISE:
-        return False
-    return level_at(data, found.hypothesis, told, whole) <= MOSTLY_NOISE
+    """Return whether other numbers leave much less of whole tests than those of a fit."""
+    data = campaign.data
+    whole = campaign.stages.whole or whole_from_starts(data, held_out=False)
+    left = level_at(data, found.hypothesis, found.x, whole, found.channels)
+    return level_at(data, found.hypothesis, told, whole) < MUCH * left
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:

@@ -214,8 +214,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         errors = offset_errors(responses[:, rest])
     low, high = arrays.band
     highest = min(max(REACH * high, 4.0 * low), NYQUIST_SHARE * rate)
-    run_in = min(round(rate), responses.shape[1] // 10) if driven else 0
-    start = quiet.stop if quiet is not None else run_in
+    start = quiet.stop if quiet is not None else _run_in(controls.mean(axis=0), rate)
     rms = np.sqrt(np.mean(responses[:, start:] ** 2, axis=1))
     inside = noise.frequency <= highest
     own = np.sqrt(np.sum(noise.responses[:, inside], axis=1) * float(noise.frequency[0]))
@@ -234,6 +233,16 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
         clipped=at_limit,
         limits=limits,
     )
+
+
+def _run_in(drive: FloatArray, sample_rate: float) -> int:
+    """Return the samples before which a test in motion is not judged.
+
+    None of what nothing drives, and none where most of the drive lies before: a blow.
+    """
+    power = np.cumsum(drive**2)
+    first = min(round(sample_rate), drive.size // 10)
+    return first if first and power[-1] > 0.0 and power[first - 1] <= 0.5 * power[-1] else 0
 
 
 def with_noise_of(tests: Sequence[Test], others: Sequence[Test]) -> tuple[Test, ...]:
