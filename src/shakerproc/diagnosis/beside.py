@@ -68,7 +68,8 @@ def with_all(
         scores += along(campaign, [one], forms, beside=found.best.fit)
     scores = best_of_each(scores)
     if scores and best_of(scores) not in found.effects:
-        scores = with_simpler(campaign, forms[-1], scores)
+        bare, scores = with_simpler(campaign, forms[-1], found.linear, scores)
+        found = replace(found, linear=bare)
     return found.with_effects(scores)
 
 

@@ -53,7 +53,7 @@ def at_the_horizon(
     wanting = leaves_something(best) or best.fit.is_far
     if one_more is not None and best.fit.hypothesis.added and wanting:
         effects = _with_richer(campaign, forms[-1], effects, best, one_more)
-    effects = with_simpler(campaign, forms[-1], effects)
+    base, effects = with_simpler(campaign, forms[-1], base, effects)
     return Outcome(campaign, forms, base, ranked(effects), singles)
 
 

@@ -28,15 +28,32 @@ from shakerproc.models.identification import Contained, Identification, Values
 from shakerproc.simulation import motions_of
 
 
-def with_simpler(campaign: Campaign, form: Form, effects: Sequence[Score]) -> list[Score]:
-    """Return scores with those of simpler laws that the best contains, begun where it ended.
+def with_simpler(
+    campaign: Campaign, form: Form, bare: Score, effects: Sequence[Score]
+) -> tuple[Score, list[Score]]:
+    """Return the score without effects, and those with, of what the best of these contains.
 
-    A law that was tried alone has no rival of fewer numbers.
+    A law that was tried alone has no rival of fewer numbers, and the model without any may have
+    stopped at a least value that its own numbers lead out of.
     """
     if not effects:
-        return []
-    found = simpler_laws(campaign.data, best_of(effects).fit, campaign.known)
-    return best_of_each([*effects, *scored_at(campaign, found, form)])
+        return bare, []
+    data, best = campaign.data, best_of(effects).fit
+    found = scored_at(campaign, simpler_laws(data, best, campaign.known), form)
+    alone = scored_at(campaign, [_without_effects(data, best)], form)
+    return best_of([bare, *alone]), best_of_each([*effects, *found])
+
+
+def _without_effects(data: DataSet, found: Fit) -> Fit | None:
+    """Return the model alone, begun with its own numbers in a fit; None if far behind that."""
+    none = replace(found.hypothesis, added=())
+    own = found.hypothesis.parts(found.x)[0]
+    first = fit(
+        data, none, own, found.windows, rounds=FIRST_ROUNDS, channels=found.channels,
+        starts=_starts(found, none, own),
+    )  # fmt: skip
+    is_near = first is not None and not _is_far_behind(data, first, found)
+    return gone_on(first, rounds=ROUNDS) if first is not None and is_near else None
 
 
 def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
