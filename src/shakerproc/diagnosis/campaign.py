@@ -6,17 +6,15 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
 from shakerproc.diagnosis.estimation.growth import Stages, grown, stages_of
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
-from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
-from shakerproc.diagnosis.estimation.windows import whole_from_starts, whole_tests
+from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
 from shakerproc.errors import DiagnosisError
@@ -60,9 +58,6 @@ def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
     )
 
 
-MUCH: Final = 0.5
-"""Level (see `Fit`) over that of another fit below which much less is left [-]."""
-
 STRUCTURE_ROUNDS: Final = 1
 """Steps of a structure without effects on whole tests: its linear model explains them, or an
 effect is missing [-]."""
@@ -76,8 +71,7 @@ RUNS_AWAY: Final = (
 def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
     """Return the model's own numbers, fitted alone.
 
-    Of a structure to whole tests, from where its linear model is. That model stands where it
-    leaves much less of whole tests than what was fitted to windows: few of them hold a blow.
+    Of a structure to whole tests, from where its linear model is.
 
     Raises
     ------
@@ -92,23 +86,12 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
         found = fit(data, none, x, whole, rounds=STRUCTURE_ROUNDS)
     else:
         found = grown(data, none, nothing, campaign.stages)
-        told = None if linear_model is None else as_in(none, linear_model.model)
-        if found is not None and told is not None and _is_led_astray(campaign, found, told):
-            found = fit(data, none, told, found.windows, rounds=0)
     if found is None:
         whole = whole_tests(data, held_out=False)
         found = fit(data, none, nothing, whole, rounds=ROUNDS)
     if found is None:
         raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
     return found
-
-
-def _is_led_astray(campaign: Campaign, found: Fit, told: FloatArray) -> bool:
-    """Return whether other numbers leave much less of whole tests than those of a fit."""
-    data = campaign.data
-    whole = campaign.stages.whole or whole_from_starts(data, held_out=False)
-    left = level_at(data, found.hypothesis, found.x, whole, found.channels)
-    return level_at(data, found.hypothesis, told, whole) < MUCH * left
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:

@@ -2,16 +2,10 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import Final, final
 
 from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
-from shakerproc.diagnosis.campaign import (
-    MUCH,
-    Campaign,
-    as_it_is,
-    campaign_of,
-    own_numbers,
-)
+from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.differing import alone, where_tests_differ
@@ -48,6 +42,10 @@ from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.models import Model
+
+MUCH: Final = 0.5
+"""Level (see `Fit`) over that of the model without any effect below which an effect explains
+enough to be judged before others are tried [-]."""
 
 
 def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
