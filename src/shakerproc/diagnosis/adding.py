@@ -275,7 +275,7 @@ def _errors(fitted: Fitted) -> tuple[Errors, str]:
 def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element:
     """Return an element with as many digits as its intervals bear out, a table with six."""
     if isinstance(element.effect, Table):
-        return Element(_rounded(element.effect), element.between)
+        return replace(element, effect=_rounded(element.effect))
     return replace(element, effect=effect_of(element.effect.kind, numbers))
 
 

@@ -225,9 +225,16 @@ _STEP: Final = 1e-3
 
 
 def columns_of(
-    equations: Equations, motions: Motions, between: Joint, effects: Sequence[AbstractEffect]
+    equations: Equations,
+    motions: Motions,
+    between: Joint,
+    effects: Sequence[AbstractEffect],
+    shares: FloatArray | None = None,
 ) -> FloatArray:
-    """Return the whitened columns of effects in one joint; zeros where a force fails."""
+    """Return the whitened columns of effects in one joint; zeros where a force fails.
+
+    `shares`, (n_tests,), multiply the forces in each test [-]; by default all are 1.
+    """
     absolute = effects[0].absolute
     motion = motions.across(between, absolute=absolute)
     rates = [test.sample_rate for test in equations.tests]
@@ -235,6 +242,9 @@ def columns_of(
         np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
         for s in equations.stretches
     ]
+    if shares is not None:
+        pairs = zip(forces, equations.stretches, strict=True)
+        forces = [shares[s.test] * force for force, s in pairs]
     for force in forces:
         force[~np.all(np.isfinite(force), axis=1)] = 0.0
     direction = equations.linear.direction(between, second_only=absolute)
@@ -245,7 +255,8 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     """Return columns of the model's own nonlinear elements, and of each of their numbers.
 
     What the linear model leaves holds their forces; what is to be added explains the rest.
-    Their sizes and numbers remain free, to first order.
+    Their sizes and numbers remain free, to first order. So it does that of a linear element
+    that a condition scales, as far as it is another one in a test than in the linear model.
 
     Returns
     -------
@@ -254,10 +265,15 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     """
     found = [equations.nuisances[:0]]
     for element in resolved(model):
+        shares = np.array([element.share(test.conditions) for test in equations.tests])
+        effects = [element.effect]
         if all(row.law is Formula.LINEAR for row in element.effect.rows()):
-            continue
-        effects = [element.effect, *_nearby(element.effect)]
-        columns = columns_of(equations, motions, element.between, effects)
+            shares -= 1.0
+            if not np.ptp(shares):  # as a spring and a damper of the joint are free, too
+                continue
+        else:
+            effects += _nearby(element.effect)
+        columns = columns_of(equations, motions, element.between, effects, shares)
         found += [columns[:1], (columns[1:] - columns[0]) / _STEP]
     return np.concatenate(found)
 
