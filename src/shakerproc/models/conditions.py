@@ -9,8 +9,9 @@ from shakerproc.errors import ModelError
 from shakerproc.units import any_quantity, near_miss, quoted, to_si
 
 NOTHING: Final = 1e-12
-"""Share of its force with which an effect stands at a condition of 0, so that the model has the
-same elements, motions and states in every test: no simulation shows it [-]."""
+"""Share of its force with which an effect that remembers, or moves by itself, stands at a
+condition of 0, so that the model has the same motions and states in every test: no simulation
+shows it [-]."""
 
 
 @final
@@ -84,3 +85,8 @@ class Scale:
                 "Where its channel has an offset, state it in the test, under conditions"
             )
         return value / reference
+
+
+def share_of(scale: Scale | None, conditions: Conditions) -> float:
+    """Return the force under conditions over that of an effect; 1 where none scales it [-]."""
+    return 1.0 if scale is None else scale.share(conditions)

@@ -9,7 +9,7 @@ from shakerproc import checks
 from shakerproc.errors import ModelError
 from shakerproc.models.conditions import NOTHING, Conditions, Scale
 from shakerproc.models.effects.attached_mode import AttachedMode
-from shakerproc.models.effects.base import AbstractEffect
+from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.models.faults import AbstractFault
 from shakerproc.models.motion import Motion, unit_in
 from shakerproc.models.scaling import times
@@ -67,16 +67,17 @@ class Element:
         if self.scaled_by is not None:
             times(self.effect, 1.0)  # tells what cannot be scaled
 
-    def share(self, conditions: Conditions) -> float:
-        """Return the force under conditions over that of the effect [-]."""
-        return 1.0 if self.scaled_by is None else self.scaled_by.share(conditions)
+    def under(self, conditions: Conditions) -> "Element | None":
+        """Return the element with the force that it has under conditions; None without any.
 
-    def under(self, conditions: Conditions) -> "Element":
-        """Return the element with the force that it has under conditions."""
+        One that remembers or moves by itself stays, so that tests have the same motions.
+        """
         if self.scaled_by is None:
             return self
-        share = max(self.share(conditions), NOTHING)
-        return Element(times(self.effect, share), self.between)
+        share = self.scaled_by.share(conditions)
+        if share == 0.0 and isinstance(self.effect, AbstractMemorylessEffect):
+            return None
+        return Element(times(self.effect, max(share, NOTHING)), self.between)
 
 
 @final
@@ -278,10 +279,10 @@ class Model:
         if not self.scales:
             return self
         try:
-            elements = tuple(one.under(conditions) for one in self.elements)
+            every = [one.under(conditions) for one in self.elements]
         except ModelError as error:
             raise ModelError(f"{self.title}: {error}") from error
-        return replace(self, elements=elements)
+        return replace(self, elements=tuple(one for one in every if one is not None))
 
     @property
     def rigid_masses(self) -> dict[str, float]:

@@ -152,6 +152,7 @@ def _functions(
     """Compare the linear part of a model with response functions of a file."""
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
+    from shakerproc.models.validation import check_unscaled
     from shakerproc.recordings import read_hashed
     from shakerproc.workflows.comparison import FUNCTION_COLUMNS, compare_file
 
@@ -159,6 +160,7 @@ def _functions(
         raise typer.BadParameter("--fit and --before are for test logs")
     folders.check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
+    check_unscaled(model, "a comparison with response functions")
     compared = compare_file(model, given[1], at or [])
     found = compared.found
     inputs = [

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final, TypeAlias
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.models import BASE, Model
+from shakerproc.models import BASE, Model, Scale
 from shakerproc.models.coordinates import mobility
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Spring
 from shakerproc.models.effects.base import AbstractMemorylessEffect
@@ -75,10 +76,19 @@ def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
     return max(found)
 
 
-def identifications(at: JointScales) -> Mapping[str, Identification]:
-    """Return the identification of each effect in a joint that moves like this, by kind."""
+def identifications(
+    at: JointScales, scaled_by: Scale | None = None
+) -> Mapping[str, Identification]:
+    """Return the identification of each effect in a joint that moves like this, by kind.
+
+    Where a condition scales them, `at` holds at that of the scale.
+    """
     known = {kind: effect.identification(at) for kind, effect in EFFECTS.items()}
-    return {kind: one for kind, one in known.items() if one is not None}
+    return {
+        kind: one if scaled_by is None else replace(one, scaled_by=scaled_by)
+        for kind, one in known.items()
+        if one is not None
+    }
 
 
 def has_limit(known: Known, richer: tuple[str, Joint], simpler: tuple[str, Joint]) -> bool:

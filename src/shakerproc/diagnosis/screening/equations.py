@@ -25,6 +25,7 @@ from shakerproc.diagnosis.screening.stretches import Stretch
 from shakerproc.diagnosis.screening.transfer import Joint, LinearModel
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
+from shakerproc.models.conditions import Scale, share_of
 from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import AbstractEffect
 from shakerproc.models.laws import Law as Formula
@@ -98,6 +99,10 @@ class Equations:
         )
         spectra = scipy.fft.rfft(blocks, axis=-1)[..., self.bins]
         return self._whitened(spectra[..., None, :] * shown)
+
+    def shares(self, scale: Scale | None) -> FloatArray:
+        """Return the force of what is scaled in each test over that of its law, (n_tests,)."""
+        return np.array([share_of(scale, test.conditions) for test in self.tests])
 
     def _whitened(self, spectra: ComplexArray) -> FloatArray:
         """Return rows of spectra (..., n_blocks, n_sensors, n_frequencies)."""
@@ -229,22 +234,20 @@ def columns_of(
     motions: Motions,
     between: Joint,
     effects: Sequence[AbstractEffect],
-    shares: FloatArray | None = None,
+    shares: FloatArray,
 ) -> FloatArray:
     """Return the whitened columns of effects in one joint; zeros where a force fails.
 
-    `shares`, (n_tests,), multiply the forces in each test [-]; by default all are 1.
+    `shares`, (n_tests,), multiply the forces in each test [-].
     """
     absolute = effects[0].absolute
     motion = motions.across(between, absolute=absolute)
     rates = [test.sample_rate for test in equations.tests]
     forces = [
-        np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
+        shares[s.test]
+        * np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
         for s in equations.stretches
     ]
-    if shares is not None:
-        pairs = zip(forces, equations.stretches, strict=True)
-        forces = [shares[s.test] * force for force, s in pairs]
     for force in forces:
         force[~np.all(np.isfinite(force), axis=1)] = 0.0
     direction = equations.linear.direction(between, second_only=absolute)
@@ -265,7 +268,7 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     """
     found = [equations.nuisances[:0]]
     for element in resolved(model):
-        shares = np.array([element.share(test.conditions) for test in equations.tests])
+        shares = equations.shares(element.scaled_by)
         effects = [element.effect]
         if all(row.law is Formula.LINEAR for row in element.effect.rows()):
             shares -= 1.0
