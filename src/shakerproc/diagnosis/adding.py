@@ -193,7 +193,7 @@ def _check_wanted(wanted: Wanted, model: Model, tests: Sequence[TestArrays]) -> 
     for place in between or ():
         if place not in model.places:
             raise DiagnosisError(f"{model.title}: no place {place!r}; there are {there}.")
-    if between is not None and (len(between) != 2 or between[0] == between[1]):
+    if between is not None and between[0] == between[1]:
         raise DiagnosisError(f"{model.title}: an effect stands between two of {there}.")
     if scale is None:
         return

@@ -101,10 +101,10 @@ def _corrected_or_not(
     Where tests differ in a condition, with effects that it scales as well, if those that are
     the same in all tests leave more than noise, and much more than these.
     """
-    corrections = (False,)
+    corrections: tuple[bool, ...] = (False,)
     if is_unusual(linear):
         corrections = (True, False) if explains(linear) else (False, True)
-    best: Begun | None = None
+    ways: list[Begun] = []
     for scale in (None, *scales_between(tests)):
         begun: list[Begun] = []
         for correct in corrections:
@@ -115,9 +115,9 @@ def _corrected_or_not(
             begun.append(replace(one, found=replace(one.found, corrected=correct)))
             if begun[-1].is_enough:
                 return begun[-1].ended(say)
-        one = min(begun, key=lambda one: one.found.left)
-        best = one if best is None or one.found.left < MUCH * best.found.left else best
-    return best.ended(say)
+        ways.append(min(begun, key=lambda one: one.found.left))
+    alike, least = ways[0], min(ways, key=lambda one: one.found.left)
+    return (least if least.found.left < MUCH * alike.found.left else alike).ended(say)
 
 
 @final

@@ -17,7 +17,7 @@ from shakerproc.model_files.schema import (
     check_driven,
     read_structures,
 )
-from shakerproc.models.conditions import Scale
+from shakerproc.models.conditions import Conditions, Scale
 from shakerproc.models.effects import EFFECTS, SPELLINGS
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import Parameter, parameter_in
@@ -245,12 +245,15 @@ class ModelFile:
         Where its fitted parts come from.
     document : Document
         For messages with line and column.
+    conditions : Conditions, optional
+        Those that the model is under, if it is not as it stands in the file.
     """
 
     path: Path
     model: Model
     provenance: tuple[ProvenanceSection, ...]
     document: Document[ModelSchema]
+    conditions: Conditions | None = None
 
     def __repr__(self) -> str:
         elements = ", ".join(

@@ -252,7 +252,8 @@ def read_model(path: AnyPath, *, conditions: Mapping[str, str] | None = None) ->
     found = read_model_file(file_of("path", path, "a model"))
     if conditions is None:
         return found
-    return replace(found, model=found.model.under(_conditions(conditions)))
+    under = _conditions(conditions)
+    return replace(found, model=found.model.under(under), conditions=under)
 
 
 def _conditions(given: Any) -> Conditions:
@@ -276,7 +277,7 @@ class GivenModel:
     model : Model
         The model.
     file : ModelFile, optional
-        Where it stands.
+        Where it stands, as it is.
     """
 
     model: Model
@@ -292,7 +293,8 @@ def model_of(given: Any, name: str = "model") -> GivenModel:
         If it is none.
     """
     if isinstance(given, ModelFile):
-        return GivenModel(given.model, given)
+        as_written = given if given.conditions is None else None
+        return GivenModel(given.model, as_written)
     if isinstance(given, Model):
         return GivenModel(given)
     raise ArgumentError(

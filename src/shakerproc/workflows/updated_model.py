@@ -322,7 +322,7 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
     return found
 
 
-def scale_of(given: Mapping[str, str]) -> Scale:
+def scale_of(given: Any) -> Scale:
     """Return the condition that is to scale an effect.
 
     Raises
