@@ -40,11 +40,13 @@ def scales_of(
     inverse = mobility(model, joint)
     mass = 1.0 / inverse if inverse else max(model.masses.values())
     displacement = max(_peak(motion.displacement) for motion in motions)
+    velocity = max(_peak(motion.velocity) for motion in motions)
     stiffness = max(sum(springs), 0.0)
+    told = max(carried_force(model, tests, joint), stiffness * displacement)
     return JointScales(
         displacement=displacement,
-        velocity=max(_peak(motion.velocity) for motion in motions),
-        force=max(carried_force(model, tests, joint), stiffness * displacement, 1e-12),
+        velocity=velocity,
+        force=told or max(mass * velocity**2 / displacement, 1e-12),  # its inertia
         stiffness=stiffness,
         mass=mass,
         duration=max(test.n_samples / test.sample_rate for test in tests),
