@@ -124,7 +124,7 @@ def test_a_gap_is_fitted_beside_friction_that_a_voltage_scales():
     assert found.model.elements[-1].scaled_by is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_friction_that_a_voltage_scales_is_added_as_such():
     tests = under_volts(with_coil(EFFECTS["coulomb_friction"](1.0)))
     found = add_to_arrays(Wanted("coulomb_friction", scaled_by=AT_2V), one_mass(), tests)
@@ -134,7 +134,7 @@ def test_friction_that_a_voltage_scales_is_added_as_such():
     assert found.errors.held_out.after < 0.1 * alike.errors.held_out.after
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("scaled", [True, False])
 def test_a_diagnosis_tells_whether_a_voltage_scales_what_is_missing(scaled, monkeypatch):
     """Of the same log: friction that is the same at every voltage is not told to be scaled."""

@@ -209,7 +209,7 @@ def test_a_forecast_takes_tests_under_one_condition(tmp_path):
     assert "fewer than two levels" in told.stderr or "another level" in told.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_effect_is_added_to_the_file_with_what_scales_it(tmp_path):
     """Numbers of elements that are scaled are written as they hold at their own voltage."""
     friction = "{kind: coulomb_friction, between: [base, coupon], sliding_force: 0.5 N%s}\n"
