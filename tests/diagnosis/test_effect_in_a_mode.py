@@ -28,6 +28,7 @@ def beam(frequencies, *effects):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_an_iwan_joint_in_a_mode_is_fitted_with_the_mode():
     rng, tests = np.random.default_rng(1), []

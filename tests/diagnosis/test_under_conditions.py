@@ -124,6 +124,7 @@ def test_a_gap_is_fitted_beside_friction_that_a_voltage_scales():
     assert found.model.elements[-1].scaled_by is None
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_friction_that_a_voltage_scales_is_added_as_such():
     tests = under_volts(with_coil(EFFECTS["coulomb_friction"](1.0)))
@@ -134,6 +135,7 @@ def test_friction_that_a_voltage_scales_is_added_as_such():
     assert found.errors.held_out.after < 0.1 * alike.errors.held_out.after
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize("scaled", [True, False])
 def test_a_diagnosis_tells_whether_a_voltage_scales_what_is_missing(scaled, monkeypatch):

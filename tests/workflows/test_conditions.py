@@ -209,6 +209,7 @@ def test_a_forecast_takes_tests_under_one_condition(tmp_path):
     assert "fewer than two levels" in told.stderr or "another level" in told.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_an_effect_is_added_to_the_file_with_what_scales_it(tmp_path):
     """Numbers of elements that are scaled are written as they hold at their own voltage."""
