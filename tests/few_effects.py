@@ -11,5 +11,5 @@ def seek_few(patch, few=FEW):
     patch.setattr(
         campaign,
         "identifications",
-        lambda scales: {kind: one for kind, one in every(scales).items() if kind in few},
+        lambda *at: {kind: one for kind, one in every(*at).items() if kind in few},
     )

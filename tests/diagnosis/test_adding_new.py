@@ -18,6 +18,7 @@ from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.one_effect import Fitted
 from shakerproc.diagnosis.selection.scores import Score
+from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import effect_files, load_effects
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
@@ -38,7 +39,9 @@ def gap():
 
 def test_an_effect_is_fitted_with_the_model_s_own_numbers(gap):
     said = []
-    found = add_to_arrays("gap", one_mass(stiffness=1.1 * STIFFNESS), gap, progress=said.append)
+    found = add_to_arrays(
+        Wanted("gap"), one_mass(stiffness=1.1 * STIFFNESS), gap, progress=said.append
+    )
     assert "a further mode beside the effect" not in said  # noise alone is left
     assert found.element.between == JOINT
     for name, value in GAP.items():
@@ -73,8 +76,8 @@ def test_an_effect_with_which_whole_tests_are_predicted_worse_is_told(gap, kind,
 def test_what_is_no_gain_is_refused_unless_it_is_forced(fitted_once):
     tests = arrays_of(one_mass(), levels=(3.0,), seconds=2.0)
     with pytest.raises(DiagnosisError, match="base and mass: the held-out error"):
-        add_to_arrays("cubic_stiffness", one_mass(), tests)
-    found = add_to_arrays("cubic_stiffness", one_mass(), tests, force=True)
+        add_to_arrays(Wanted("cubic_stiffness"), one_mass(), tests)
+    found = add_to_arrays(Wanted("cubic_stiffness"), one_mass(), tests, force=True)
     assert found.worse.startswith("the held-out error ")
     assert found.element.effect.kind == "cubic_stiffness"
 
@@ -86,7 +89,7 @@ def test_a_second_effect_is_fitted_beside_the_first():
     truth = one_mass(effect=EFFECTS["cubic_stiffness"](CUBIC))
     tests = arrays_of(replace(truth, elements=(*truth.elements, hidden)), **SHORT)
     known = replace(one_mass(), elements=(*one_mass().elements, first))
-    found = add_to_arrays("cubic_stiffness", known, tests)
+    found = add_to_arrays(Wanted("cubic_stiffness"), known, tests)
     assert found.parameters["coefficient"].value == pytest.approx(CUBIC, rel=0.05)
     assert found.model.elements[2].effect.clearance == pytest.approx(1.5e-4, rel=0.02)
     assert {"stiffness base-mass", "gap.stiffness base-mass"} <= set(found.linear)
@@ -94,7 +97,7 @@ def test_a_second_effect_is_fitted_beside_the_first():
 
 def test_a_table_is_the_force_of_the_hidden_law(gap):
     """Outside the play the hidden force is stiffness times what is beyond it."""
-    found = add_to_arrays("table", one_mass(), gap)
+    found = add_to_arrays(Wanted("table"), one_mass(), gap)
     table = found.element.effect
     assert found.parameters == {}
     assert found.errors.held_out.after < 0.5 * found.errors.held_out.before
@@ -117,12 +120,12 @@ def test_a_table_is_the_force_of_the_hidden_law(gap):
 )
 def test_what_cannot_be_is_said_before_the_long_work(gap, kind, more, says):
     with pytest.raises(DiagnosisError, match=says):
-        add_to_arrays(kind, one_mass(), gap, **more)
+        add_to_arrays(Wanted(kind, **more), one_mass(), gap)
 
 
 def test_wrong_numbers_to_start_from_do_no_harm_nor_does_a_joint_named_the_other_way_round(gap):
     start = {"clearance": 1e-6}
-    found = add_to_arrays("gap", one_mass(), gap, start=start, between=JOINT[::-1])
+    found = add_to_arrays(Wanted("gap", JOINT[::-1], start), one_mass(), gap)
     assert set(found.element.between) == set(JOINT)
     assert found.parameters["clearance"].value == pytest.approx(1.5e-4, rel=0.02)
 
@@ -140,7 +143,7 @@ def test_wrong_numbers_to_start_from_do_no_harm_nor_does_a_joint_named_the_other
     ],
 )
 def test_the_force_over_an_imposed_motion_tells_a_law(kind, law, numbers):
-    found = add_to_arrays(kind, rod(), [component(law, 1), component(law, 2)])
+    found = add_to_arrays(Wanted(kind), rod(), [component(law, 1), component(law, 2)])
     for name, value in numbers.items():
         assert found.parameters[name].value == pytest.approx(value, rel=0.005)
     assert found.linear["stiffness base-rod"].value == pytest.approx(3e4, rel=0.002)
@@ -149,14 +152,14 @@ def test_the_force_over_an_imposed_motion_tells_a_law(kind, law, numbers):
 
 def test_a_free_law_of_an_imposed_motion_is_refused():
     with pytest.raises(DiagnosisError, match="cannot be fitted to tests with an imposed"):
-        add_to_arrays("table", rod(), [component(lambda x, _: 1e10 * x**3, 1)])
+        add_to_arrays(Wanted("table"), rod(), [component(lambda x, _: 1e10 * x**3, 1)])
 
 
 def test_an_effect_of_the_user_s_own_is_added_like_any_other():
     load_effects(OWN)
     try:
         tests = arrays_of(one_mass(effect=EFFECTS["detent"](3.0, 8e-4)), **LONGER)
-        found = add_to_arrays("detent", one_mass(), tests)
+        found = add_to_arrays(Wanted("detent"), one_mass(), tests)
     finally:
         effect_files.forget_effects()
     assert found.parameters["force"].value == pytest.approx(3.0, rel=0.03)
@@ -210,6 +213,6 @@ def test_an_effect_may_stand_where_the_model_has_nothing():
     """Friction between the base and the far mass, which no element joins."""
     truth = chain((EFFECTS["coulomb_friction"](2.0), ("base", "b")))
     tests = [shaken(truth, 3.0, 1), shaken(truth, 6.0, 2)]
-    found = add_to_arrays("coulomb_friction", chain(), tests, between=("b", "base"))
+    found = add_to_arrays(Wanted("coulomb_friction", ("b", "base")), chain(), tests)
     assert found.element.between == ("b", "base")
     assert found.parameters["sliding_force"].value == pytest.approx(2.0, rel=0.02)

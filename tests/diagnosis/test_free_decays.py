@@ -9,6 +9,7 @@ from shakerproc.comparison import compare
 from shakerproc.comparison.measured import usable_tests
 from shakerproc.diagnosis import TestArrays
 from shakerproc.diagnosis.adding import add_to_arrays
+from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import Damper, Spring
@@ -56,7 +57,7 @@ def test_the_missing_law_is_fitted_to_decays(decays):
         TestArrays(f"test {i}", RATE, np.zeros((1, row.size)), row[None], band=(10.0, 200.0))
         for i, row in enumerate(decays)
     ]
-    found = add_to_arrays("cubic_stiffness", beam(), tests)
+    found = add_to_arrays(Wanted("cubic_stiffness"), beam(), tests)
     assert found.parameters["coefficient"].value == pytest.approx(CUBIC, rel=5e-3)
     assert found.linear["stiffness base-tip"].value == pytest.approx(STIFFNESS, rel=2e-3)
     assert found.errors.held_out.after < 0.01 < found.errors.held_out.before
@@ -84,7 +85,7 @@ def test_a_decay_far_above_its_rms_begins_where_it_did():
     rate, slip = 256.0, 0.3
     row = slipping_decay(rate, slip)
     test = TestArrays("test", rate, np.zeros((1, row.size)), row[None], band=(10.0, 100.0))
-    found = add_to_arrays("bouc_wen", beam(), [test])
+    found = add_to_arrays(Wanted("bouc_wen"), beam(), [test])
     numbers = {name: one.value for name, one in found.parameters.items()}
     assert numbers["stiffness"] == pytest.approx(0.05 * STIFFNESS, rel=0.02)
     assert numbers["yield_displacement"] == pytest.approx(slip / (0.05 * STIFFNESS), rel=0.02)

@@ -14,6 +14,7 @@ from tests.diagnosis.estimation.test_linear import (
 from blind import laws
 from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.diagnosis.estimation.linear import fit_linear
+from shakerproc.diagnosis.wanted import Wanted
 
 STIFFNESS, CLEARANCE = 3.0 * JOINT.stiffness, 3e-5
 GAP = Hidden({}, ((laws.GAP, (STIFFNESS, CLEARANCE, CLEARANCE), (-CLEARANCE, CLEARANCE)),))
@@ -25,7 +26,7 @@ DRIVES = (drive(level=12.0), drive(level=20.0, number=2))
 def test_a_mode_that_a_gap_hides_is_found_beside_it():
     tests = arrays_of(campaign(WITH_MODE, hidden=((0, GAP),), drives=DRIVES, seconds=2.5))
     assert fit_linear(model(), tests).model.modes == ()
-    found = add_to_arrays("gap", model(), [test.arrays for test in tests])
+    found = add_to_arrays(Wanted("gap"), model(), [test.arrays for test in tests])
     (mode,) = found.modes
     assert mode.frequency == pytest.approx(600.0, rel=5e-3)
     assert mode.damping_ratio == pytest.approx(ZETA, rel=0.2)

@@ -14,6 +14,7 @@ from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.estimation.intervals import linear_estimates
 from shakerproc.diagnosis.headline import probability_text
+from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.models import EFFECTS, Element
 
 FRICTION = 20.0
@@ -69,7 +70,7 @@ def test_its_sentence_quotes_the_errors_that_are_printed(found):
 
 
 def test_what_is_named_can_be_added_with_the_gain_that_was_promised(found):
-    added = add_to_arrays("coulomb_friction", rod(), pair_of(both), between=ROD)
+    added = add_to_arrays(Wanted("coulomb_friction", ROD), rod(), pair_of(both))
     assert added.errors.held_out.after == pytest.approx(found.errors.held_out.after, rel=1e-3)
 
 

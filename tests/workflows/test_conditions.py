@@ -25,6 +25,14 @@ excitation: {base: acceleration}
 sensors:
   ch3: {at: coupon, measures: acceleration}
 """
+STUDY = """study: 1
+title: a grid
+kind: grid
+model: model.yaml
+run: {excitation: sine sweep, level: 1 g, from: 0 Hz, to: 10 Hz, duration: 5 s}
+vary:
+  - {name: k, set: elements.0.stiffness, values: [1e5 N/m, 2e5 N/m]}
+"""
 LOG = """testlog: 1
 title: three voltages
 channels:
@@ -94,12 +102,29 @@ def test_a_campaign_at_several_conditions_is_compared_with_one_model(tmp_path):
     assert len(right["tests"]) == 2
     assert right["error"] < 0.02
     assert wrong["error"] > 0.2
-    for words in (["--fit"], ["--before", folder / "plain.yaml"]):
-        refused = completed("compare", folder / "model.yaml", folder / "log.yaml", *words)
-        assert refused.returncode == 1
-        assert (
-            f"{words[0]} takes tests under one. There are 2: test 1; test 2" in refused.stderr
-        )
+
+
+def test_one_model_is_fitted_to_tests_at_several_conditions(tmp_path):
+    """Both dampers are told; the model before is scored under the same conditions."""
+    folder = tmp_path / "a"
+    simulated(folder, "voltage: 0.5 V", "voltage: 4 V")
+    log = sp.read_log(folder / "log.yaml")
+    off = MODEL.replace("damping: 1 N", "damping: 1.5 N").replace(
+        "damping: 3 N", "damping: 2 N"
+    )
+    (folder / "off.yaml").write_text(off, "utf-8")
+    found = sp.compare(sp.read_model(folder / "off.yaml"), log, fit=True)
+    dampers = [one.effect.damping for one in found.model.elements[1:]]
+    assert_allclose(dampers, [1.0, 3.0], rtol=0.02)
+    assert (
+        found.model.elements[2].scaled_by
+        == sp.read_model(folder / "off.yaml").model.elements[2].scaled_by
+    )
+    assert found.error < 0.02
+    assert found.before.error > 0.1
+    told = completed("compare", folder / "model.yaml", folder / "log.yaml", "--no-figures",
+               "--before", folder / "off.yaml", "--out", tmp_path / "both")  # fmt: skip
+    assert told.returncode == 0, told.stderr
 
 
 def test_a_channel_measures_the_condition(tmp_path):
@@ -114,7 +139,9 @@ def test_a_channel_measures_the_condition(tmp_path):
     told = completed("compare", model, log, "--no-figures", "--out", tmp_path / "out",
                      "--json", tmp_path / "out.json")  # fmt: skip
     assert told.returncode == 0, told.stderr
-    assert re.search(r"test 2: voltage (4|3\.9)\S* V, varying by .* V rms", told.stderr)
+    assert re.search(
+        r"test 2: voltage (4|3\.9)\S* V in the mean, varying by .* V rms", told.stderr
+    )
     assert json.loads((tmp_path / "out.json").read_text("utf-8"))["error"] < 0.02
     log.write_text(silent.replace("name: voltage", "name: voltages"), "utf-8")
     told = completed("compare", model, log, "--out", tmp_path / "other")
@@ -144,12 +171,65 @@ def test_what_is_wrong_with_a_condition_is_one_line(tmp_path, conditions, change
     assert not (tmp_path / "recordings").exists()
 
 
-def test_what_knows_no_condition_refuses_such_a_model(tmp_path):
+def test_what_cannot_yet_take_conditions_says_so(tmp_path):
     model, log = campaign(tmp_path, "voltage: 1 V")
-    for words in (("response", model, "--level", "1 g"), ("diagnose", model, log)):
-        told = completed(*words)
+    (tmp_path / "study.yaml").write_text(STUDY, "utf-8")
+    for doing, words in (
+        ("response", ("response", model, "--level", "1 g")),
+        ("a plan", ("plan", log, "--model", model)),
+        ("a study", ("study", tmp_path / "study.yaml")),
+        ("nastran", ("nastran", "write", model)),
+    ):
+        told = completed(*words, "--out", tmp_path / "out")
         assert told.returncode == 1
-        assert "damper is scaled by voltage, which nothing says here" in told.stderr
+        assert (
+            f"damper between base and coupon is scaled by voltage, and {doing} cannot yet take "
+            "a model under conditions of tests. Write its numbers at one voltage"
+        ) in told.stderr
+        assert len(told.stderr.strip().splitlines()) == 1
+        assert not (tmp_path / "out").exists()
+    with pytest.raises(sp.ShakerprocError, match="and a simulation cannot yet take"):
+        sp.simulate(sp.read_model(model), np.ones(100), 1000.0)
+
+
+def test_a_forecast_takes_tests_under_one_condition(tmp_path):
+    """Refused before anything is fitted where a planned test has another voltage."""
+    said = ("voltage: 1 V", "voltage: 1 V", "voltage: 2 V")
+    model, log = campaign(tmp_path, *said)
+    assert completed("simulate", model, log, "--duration-s", "2", "--no-growth").returncode == 0
+    text = log.read_text("utf-8").replace("recording: 3.tdms", "planned: true, duration: 2 s")
+    log.write_text(text, "utf-8")
+    told = completed("forecast", model, log)
+    assert told.returncode == 1
+    assert (
+        "a forecast cannot yet take tests under several conditions, and voltage" in told.stderr
+    )
+    log.write_text(text.replace("{voltage: 2 V}", "{voltage: 1000 mV}"), "utf-8")
+    told = completed("forecast", model, log)  # which needs another level
+    assert "fewer than two levels" in told.stderr or "another level" in told.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_an_effect_is_added_to_the_file_with_what_scales_it(tmp_path):
+    """Numbers of elements that are scaled are written as they hold at their own voltage."""
+    friction = "{kind: coulomb_friction, between: [base, coupon], sliding_force: 0.5 N%s}\n"
+    truth = MODEL.replace("exci", f"  - {friction % ', scaled_by: {voltage: 1 V}'}exci")
+    folder, new = tmp_path / "a", tmp_path / "a" / "new.yaml"
+    simulated(folder, "voltage: 1 V", "voltage: 3 V", model=truth)
+    off = MODEL.replace("damping: 3 N", "damping: 2.6 N")
+    (folder / "off.yaml").write_text(off, "utf-8")
+    words = ["add", "coulomb_friction", folder / "off.yaml", folder / "log.yaml", "-o", new]
+    told = completed(*words, "--scaled-by", "voltage=2")
+    assert told.returncode == 2
+    assert 'voltage: expected a quantity with its unit, such as 2 V, got "2"' in told.stderr
+    told = completed(*words, "--scaled-by", "voltage=2V")
+    assert told.returncode == 0, told.stderr
+    lines = new.read_text("utf-8").splitlines()
+    coil, added = (one for one in lines if "scaled_by: {voltage: " in one)
+    damping = float(re.search(r"damping: (\S+) N s/m", coil)[1])
+    assert damping == pytest.approx(3.0, rel=0.1)  # beside friction that takes more
+    assert float(re.search(r"force: (\S+) N", added)[1]) == pytest.approx(1.0, rel=0.03)
 
 
 def test_a_notebook_reads_the_model_under_a_condition(tmp_path):

@@ -165,6 +165,7 @@ def decays_of(model: Model, test: Measured) -> TestDecays:
             f"to {numeral(test.excited[1], 4)} Hz of this decay; correct from and to of the "
             "test"
         )
+    model = model.under(test.conditions)
     start = _start(model, test, rows, lines[0].frequency)
     motion = _motion(model, test, start, rows.shape[1])
     generator = np.random.default_rng(0)

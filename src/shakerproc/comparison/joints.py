@@ -122,7 +122,7 @@ def joint_motions(
     measured : Measured
         What the sensors recorded.
     """
-    motion = _Recorded(model, measured)
+    motion = _Recorded(model.under(measured.conditions), measured)
     told, open_ = [], []
     for joint in joints_of(model, motion.sensed):
         found = _judged(motion, joint)

@@ -33,11 +33,12 @@ from shakerproc.data import (
     UnusedChannel,
 )
 from shakerproc.errors import DiagnosisError
-from shakerproc.models import Model
+from shakerproc.models import NO_CONDITIONS, Conditions, Model
 from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
+from shakerproc.runs.conditions import conditions_of
 from shakerproc.runs.summary import unused_lines
 from shakerproc.testlog import Test, TestLog
 
@@ -123,6 +124,8 @@ class Measured:
     gain_spread : (n_controls + n_sensors,) tuple of float
         Standard uncertainty of the gain of each channel, as `UNCALIBRATED` where no sheet says
         it; of a free decay, the control that is none has none [-].
+    conditions : Conditions
+        Under which the test was run: the model of the test is that under these.
     """
 
     test: Test
@@ -145,6 +148,7 @@ class Measured:
     places: tuple[str, ...] = ()
     sha256: str = ""
     gain_spread: tuple[float, ...] = ()
+    conditions: Conditions = NO_CONDITIONS
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -304,6 +308,8 @@ def measure(
     ShakerprocError
         If the recording cannot be used.
     """
+    conditions, told = conditions_of(test)
+    model = model.under(conditions)
     with open_test(log, test) as recording:
         check_sampled(model, recording.sample_rate)
         inputs = input_rows(recording, model)
@@ -334,7 +340,7 @@ def measure(
             found,
             notes=(*found.notes, *faults, *few),
             rate_doubt=recording.rate_doubt,
-            read=recording.notes,
+            read=(*recording.notes, *told),
             unused=unused_channels(recording, {*inputs, *rows}),
             places=misplaced(recording, model, inputs, rows),
             sha256=recording.sha256(),
@@ -342,6 +348,7 @@ def measure(
                 *([gain_spread(recording, row) for row in inputs] or [0.0]),
                 *(gain_spread(recording, row) for row in rows),
             ),
+            conditions=conditions,
         )
 
 

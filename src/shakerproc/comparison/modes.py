@@ -231,7 +231,7 @@ def compared_modes(model: Model, log: TestLog, tests: Sequence[Measured]) -> Com
         for name, sensor in model.sensors.items()
         if sensor.measures == "acceleration" and sensor.at != BASE
     }
-    return beside_model(model, found, moving, chosen.name)
+    return beside_model(model.under(chosen.conditions), found, moving, chosen.name)
 
 
 def beside_model(

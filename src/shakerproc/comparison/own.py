@@ -101,6 +101,7 @@ def own_of(model: Model, measured: Measured) -> tuple[Own, Input]:
     but of a large model in a long test (see `STARTED`). The input is prepared for the engine
     [m/s^2, N or m].
     """
+    model = model.under(measured.conditions)
     imposed = model.excitation.imposed
     given = prepare_measured(measured.input, measured.sample_rate, imposed=imposed)
     if imposed:

@@ -118,6 +118,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     SimulationError
         If the motion runs away; the message opens with the run.
     """
+    model = model.under(measured.conditions)
     own, given = own_of(model, measured)
     try:
         simulation = simulate(
@@ -168,7 +169,7 @@ def free_run(model: Model, measured: Measured, own: Own, given: Input) -> Scored
     SimulationError
         If the motion runs away; the message opens with the run.
     """
-    simulated, failed = run(model, given, own)
+    simulated, failed = run(model.under(measured.conditions), given, own)
     if failed:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
     return scored_whole(measured, simulated)

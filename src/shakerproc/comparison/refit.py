@@ -14,7 +14,7 @@ from shakerproc.comparison.own import own_of
 from shakerproc.comparison.prediction import free_run
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError
-from shakerproc.models import Element, Model
+from shakerproc.models import Model
 from shakerproc.numerals import numeral
 
 REACH: Final = {"damping": 10.0, "damping_ratio": 10.0}
@@ -212,10 +212,8 @@ class _Problem:
         elements = list(self.model.elements)
         for (i, name), x in zip(self.wanted, logarithms, strict=True):
             value = getattr(elements[i].effect, name) * float(np.exp(x))
-            elements[i] = Element(
-                replace(elements[i].effect, **{name: value}),  # type: ignore[type-var]
-                elements[i].between,
-            )
+            effect = replace(elements[i].effect, **{name: value})  # type: ignore[type-var]
+            elements[i] = replace(elements[i], effect=effect)
         return replace(self.model, elements=tuple(elements))
 
     def residuals(self, logarithms: FloatArray, only: int | None = None) -> FloatArray | None:

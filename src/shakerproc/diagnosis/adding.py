@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, final
+from typing import final
 
 from shakerproc.comparison.free_run_error import fall
 from shakerproc.diagnosis.data import TestArrays, check, prepared
@@ -27,11 +27,9 @@ from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Mode, Model
 from shakerproc.models.effects import Table
-from shakerproc.models.identification import Values
 from shakerproc.models.own_effects import TYPICAL
+from shakerproc.models.scaling import UNSCALED
 from shakerproc.testlog import TestLog
-
-NO_START: Final[Values] = {}
 
 
 @final
@@ -83,12 +81,10 @@ class Added:
 
 
 def add(
-    kind: str,
+    wanted: Wanted,
     model: Model,
     log: TestLog,
     *,
-    between: Sequence[str] | None = None,
-    start: Values = NO_START,
     force: bool = False,
     progress: Callable[[str], None] | None = None,
     warn: Callable[[str], None] = lambda _text: None,
@@ -97,16 +93,12 @@ def add(
 
     Parameters
     ----------
-    kind : str
-        Key of the effect.
+    wanted : Wanted
+        The effect, where it stands and where its fit starts.
     model : Model
         The model as it is.
     log : TestLog
         The tests; those with ``hold_out: true`` are only scored.
-    between : pair of str, optional
-        Its two places; by default where it fits best.
-    start : mapping of str to float, optional
-        Numbers to start from, beside those that the tests suggest [SI].
     force : bool
         Whether to return it even where it is no gain.
     progress : callable, optional
@@ -126,12 +118,10 @@ def add(
     usable.tell(warn)
     measured = usable.tests
     found = add_to_arrays(
-        kind,
+        wanted,
         model,
         [arrays(m) for m in measured],
         sensors=measured[0].sensors,
-        between=between,
-        start=start,
         force=force,
         progress=progress,
     )
@@ -148,13 +138,11 @@ def add(
 
 
 def add_to_arrays(
-    kind: str,
+    wanted: Wanted,
     model: Model,
     tests: Sequence[TestArrays],
     *,
     sensors: Sequence[str] | None = None,
-    between: Sequence[str] | None = None,
-    start: Values = NO_START,
     force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Added:
@@ -165,7 +153,7 @@ def add_to_arrays(
     DiagnosisError
         If there is no such effect, it does not fit these tests, or is no gain.
     """
-    wanted = Wanted(kind, _checked(kind, model, between), start)
+    _check_wanted(wanted, model, tests)
     names = tuple(model.sensors if sensors is None else sensors)
     for test in tests:
         check(test, len(names))
@@ -178,19 +166,22 @@ def add_to_arrays(
     found = _added(model, fitted)
     if found.worse and not force:
         raise DiagnosisError(
-            f"{kind} between {' and '.join(found.element.between)}: {found.worse}."
+            f"{wanted.kind} between {' and '.join(found.element.between)}: {found.worse}."
         )
     return found
 
 
-def _checked(kind: str, model: Model, between: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the joint that is asked for, once it and the effect are known to exist.
+def _check_wanted(wanted: Wanted, model: Model, tests: Sequence[TestArrays]) -> None:
+    """Pass an effect and a joint that are known, scaled by a condition that tests say.
 
     Raises
     ------
     DiagnosisError
-        If they do not.
+        If they are not, or the effect cannot be fitted or scaled.
+    ModelError
+        If a test does not say the condition.
     """
+    kind, between, scale = wanted.kind, wanted.between, wanted.scaled_by
     if kind not in EFFECTS:
         raise DiagnosisError(f"no effect {kind!r}; there are {', '.join(EFFECTS)}.")
     if EFFECTS[kind].identification(TYPICAL) is None and kind != Table.kind:
@@ -202,11 +193,15 @@ def _checked(kind: str, model: Model, between: Sequence[str] | None) -> tuple[st
     for place in between or ():
         if place not in model.places:
             raise DiagnosisError(f"{model.title}: no place {place!r}; there are {there}.")
-    if between is None:
-        return None
-    if len(between) != 2 or between[0] == between[1]:
+    if between is not None and between[0] == between[1]:
         raise DiagnosisError(f"{model.title}: an effect stands between two of {there}.")
-    return between[0], between[1]
+    if scale is None:
+        return
+    why = "it is found by regression alone" if wanted.is_free_law else UNSCALED.get(kind)
+    if why is not None:
+        raise DiagnosisError(f"{kind} cannot be scaled by {scale.condition}: {why}.")
+    for test in tests:
+        scale.share(test.conditions)
 
 
 def _added(model: Model, fitted: Fitted) -> Added:
@@ -275,7 +270,7 @@ def _errors(fitted: Fitted) -> tuple[Errors, str]:
 def _in_few_digits(element: Element, numbers: Mapping[str, Estimate]) -> Element:
     """Return an element with as many digits as its intervals bear out, a table with six."""
     if isinstance(element.effect, Table):
-        return Element(_rounded(element.effect), element.between)
+        return replace(element, effect=_rounded(element.effect))
     return replace(element, effect=effect_of(element.effect.kind, numbers))
 
 

@@ -226,7 +226,10 @@ def judged_again(
     before : Found
         What was found before.
     """
-    campaign = campaign_of(before.data.model, with_noise_of(before.data.tests, tests))
+    added = [one for score in before.effects for one in score.fit.hypothesis.added]
+    scaled_by = added[0].identification.scaled_by if added else None
+    less = with_noise_of(before.data.tests, tests)
+    campaign = campaign_of(before.data.model, less, scaled_by)
     if before.data.points:
         campaign = replace(campaign, data=campaign.data.as_values())
     if before.data.differing:

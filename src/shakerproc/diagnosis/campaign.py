@@ -18,7 +18,7 @@ from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
 from shakerproc.errors import DiagnosisError
-from shakerproc.models import Model
+from shakerproc.models import Model, Scale
 
 
 @final
@@ -44,15 +44,21 @@ class Campaign:
     stages: Stages
 
 
-def campaign_of(model: Model, tests: Sequence[Test]) -> Campaign:
-    """Return the shared data of hypotheses, from a model with further modes and the tests."""
+def campaign_of(
+    model: Model, tests: Sequence[Test], scaled_by: Scale | None = None
+) -> Campaign:
+    """Return the shared data of hypotheses, from a model with further modes and the tests.
+
+    `scaled_by` is the condition that scales every effect that may be missing.
+    """
     data = DataSet(model, tuple(tests))
     motions = {joint: data.across(joint) for joint in joints_of(model)}
     return Campaign(
         data=data,
         fitted=tuple(test for test in tests if not test.arrays.hold_out),
         known={
-            j: identifications(scales_of(model, tests, j, own)) for j, own in motions.items()
+            j: identifications(scales_of(model, tests, j, own), scaled_by)
+            for j, own in motions.items()
         },
         stages=stages_of(data),
     )

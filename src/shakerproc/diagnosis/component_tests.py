@@ -12,6 +12,7 @@ import numpy as np
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.data import models_of
 from shakerproc.diagnosis.estimation.beginnings import own_start
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
@@ -24,6 +25,7 @@ from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.screening.laws import Law, laws_of
 from shakerproc.diagnosis.screening.shared import linear_parts
+from shakerproc.models.conditions import share_of
 from shakerproc.models.identification import Identification
 
 ROUNDS: Final = 25
@@ -102,19 +104,25 @@ def _regressed(data: DataSet, joint: Joint, laws: Sequence[Law]) -> list[Start]:
     Laws whose force would have to turn round are left out.
     """
     chosen = _fitted(data)
-    spring, damper = linear_parts(data.model, joint)
+    models = models_of(data.model, data.tests)
     motions = data.across(joint)
     force = _force(data, chosen)
     linear = np.array([
         _column(data, chosen, [getattr(motions[i], name) for i in chosen])
         for name in ("displacement", "velocity")
     ])
-    own = force - np.array([spring, damper]) @ linear
+    known = [
+        np.array(linear_parts(models[i], joint))
+        @ np.array([motions[i].displacement, motions[i].velocity])
+        for i in chosen
+    ]
+    own = force - _column(data, chosen, known)
     whole = _left(own, linear)
     out = []
     for law in laws:
         rows = [
-            law.effect.force_along(
+            share_of(law.identification.scaled_by, data.tests[i].conditions)
+            * law.effect.force_along(
                 motions[i].displacement, motions[i].velocity, data.tests[i].sample_rate
             )
             for i in chosen

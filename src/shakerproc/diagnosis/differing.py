@@ -1,12 +1,14 @@
-"""Differences between tests: numbers of the linear model of each, before any effect."""
+"""Differences between tests: their conditions, and numbers of the linear model of each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import Final
 
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
@@ -24,6 +26,9 @@ from shakerproc.diagnosis.selection.scores import (
     is_better,
     ranked,
 )
+from shakerproc.errors import ModelError
+from shakerproc.models import Scale
+from shakerproc.units import any_quantity
 
 FIRST_ROUNDS: Final = 2
 """Steps after which a model that needs nothing but what tests have of their own is near the
@@ -61,6 +66,32 @@ def alone(campaign: Campaign, linear: Fit, form: Form) -> tuple[Campaign, bool]:
     if own is not None and own.is_noise and is_better(own, score):
         return differing, True
     return campaign, score.is_noise
+
+
+def scales_between(tests: Sequence[Test]) -> tuple[Scale, ...]:
+    """Return the conditions in which tests that are fitted differ, each at its largest.
+
+    An effect that is missing may be scaled by one that every test says and that is never below
+    0.
+    """
+    fitted = [not test.arrays.hold_out for test in tests]
+    said = [test.conditions.values for test in compress(tests, fitted)]
+    found = []
+    for name in dict.fromkeys(name for values in said for name in values):
+        largest = max((own[name] for own in said if name in own), key=_size)
+        try:
+            scale = Scale(name, largest)
+            shares = np.array([scale.share(test.conditions) for test in tests])
+        except (ModelError, ValueError):  # not said, below 0 or of another unit in a test
+            continue
+        if np.ptp(shares[fitted]) > 0.0:
+            found.append(scale)
+    return tuple(found)
+
+
+def _size(said: str) -> float:
+    """Return a condition [SI]."""
+    return any_quantity(said)[0]
 
 
 def _fitted(data: DataSet, there: Fit) -> Fit | None:

@@ -57,6 +57,9 @@ def _finding(found: Finding, logged: Sequence[float]) -> str:
     where = " and ".join(found.between)
     joined = "between" if len(found.between) > 1 else "of"
     kind = found.kind.replace("_", " ")
+    scale = found.scaled_by
+    if scale is not None and numbers:
+        numbers[-1] += f" at a {scale.condition} of {scale.at}, proportional to it"
     return ": ".join(filter(None, (f"{kind} {joined} {where}", ", ".join(numbers))))
 
 

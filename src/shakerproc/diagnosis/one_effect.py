@@ -213,12 +213,14 @@ def _as_fitted(
 
 def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
     """Return shared data of hypotheses, the wanted joint among the others under its name."""
-    campaign = campaign_of(model, tests)
+    campaign = campaign_of(model, tests, wanted.scaled_by)
     joint = wanted.between
     if joint is None or any(set(joint) == set(other) for other in campaign.known):
         return campaign
     scales = scales_of(model, tests, joint, campaign.data.across(joint))
-    return replace(campaign, known={**campaign.known, joint: identifications(scales)})
+    return replace(
+        campaign, known={**campaign.known, joint: identifications(scales, wanted.scaled_by)}
+    )
 
 
 def _effects(

@@ -70,15 +70,15 @@ def check_plausible(model: Model, tests: Sequence[Measured]) -> None:
     if model.excitation.role is None or model.excitation.imposed:
         return
     count = min(len(tests), MOST_TESTS)
-    linear = linear_model(model)
-    looked = [_looked(linear, tests[i * len(tests) // count]) for i in range(count)]
+    chosen = [tests[i * len(tests) // count] for i in range(count)]
+    looked = [_looked(linear_model(model.under(test.conditions)), test) for test in chosen]
     doubted = [one for one in looked if one.doubted]
     turned = [_turned(model, test) for test in tests]
     if len(doubted) == count and all(turned):
         raise DiagnosisError(turned[0])
     if 2 * len(doubted) < count or any(one.spread < FLAT for one in doubted):
         return
-    told = [text for one in doubted if (text := _mistake(linear, one))]
+    told = [text for one in doubted if (text := _mistake(one))]
     if 2 * len(told) >= count:
         raise DiagnosisError(told[0])
 
@@ -88,6 +88,7 @@ def check_plausible(model: Model, tests: Sequence[Measured]) -> None:
 class _Looked:
     """Gains of a test, (n_sensors, n_frequencies), and the model's; no frequencies for none."""
 
+    linear: LinearModel
     test: Measured
     frequency: FloatArray
     measured: ComplexArray
@@ -130,7 +131,7 @@ def _looked(linear: LinearModel, test: Measured) -> _Looked:
     segment = max(_SHORTEST, min(test.test.processing.welch.segment, rows.shape[1] // 4))
     none = np.empty((len(sensors), 0))
     nothing = _Looked(
-        test, np.empty(0), none.astype(np.complex128), none.astype(np.complex128), none
+        linear, test, np.empty(0), none.astype(np.complex128), none.astype(np.complex128), none
     )
     if segment > rows.shape[1]:
         return nothing
@@ -146,13 +147,13 @@ def _looked(linear: LinearModel, test: Measured) -> _Looked:
     bins = np.unique(bins[np.searchsorted(bins, wanted).clip(0, bins.size - 1)])
     frequency = cross.frequency[bins]
     measured = h1(cross, [0], sensors)[:, bins]
-    return _Looked(
-        test, frequency, measured, linear.by_input(frequency), known[:, bins].astype(float)
-    )
+    known_there = known[:, bins].astype(float)
+    return _Looked(linear, test, frequency, measured, linear.by_input(frequency), known_there)
 
 
-def _mistake(linear: LinearModel, looked: _Looked) -> str:
+def _mistake(looked: _Looked) -> str:
     """Return the mistake that explains a test far better than the model does, or nothing."""
+    linear = looked.linear
     left, text = min([
         *_exchanged(linear.model, looked),
         *_units(linear, looked),

@@ -7,6 +7,7 @@ from typing import Any, Final, Literal, TypeAlias, final
 
 from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
+from shakerproc.models import Scale
 
 SCHEMA: Final = "shakerproc-diagnosis/1"
 
@@ -28,18 +29,24 @@ class Finding:
         The two places of an effect; the channel of a fault.
     parameters : mapping of str to Estimate
         Fitted numbers.
+    scaled_by : Scale, optional
+        Condition that the force is proportional to, and at which the numbers hold.
     """
 
     kind: str
     between: tuple[str, ...]
     parameters: Mapping[str, Estimate]
+    scaled_by: Scale | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the part of the document."""
+        scale = self.scaled_by
+        scaled = {} if scale is None else {"scaled_by": {scale.condition: scale.at}}
         return {
             "kind": self.kind,
             "between": list(self.between),
             "parameters": {name: p.as_json() for name, p in self.parameters.items()},
+            **scaled,
         }
 
 

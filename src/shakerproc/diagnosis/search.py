@@ -8,7 +8,7 @@ from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
 from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
-from shakerproc.diagnosis.differing import alone, where_tests_differ
+from shakerproc.diagnosis.differing import alone, scales_between, where_tests_differ
 from shakerproc.diagnosis.estimation.beginnings import as_in, grouped
 from shakerproc.diagnosis.estimation.correction import (
     corrected,
@@ -41,7 +41,7 @@ from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, sc
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import error_of
-from shakerproc.models import Model
+from shakerproc.models import Model, Scale
 
 MUCH: Final = 0.5
 """Level (see `Fit`) over that of the model without any effect below which an effect explains
@@ -97,19 +97,28 @@ def _corrected_or_not(
     tests: Sequence[Test],
     say: Callable[[str], None],
 ) -> Found:
-    """Return the tests as recorded or corrected, whichever leaves less."""
-    if not is_unusual(linear):
-        return _begun(model, linear, tests, say).ended(say)
-    begun: list[Begun] = []
-    for correct in (True, False) if explains(linear) else (False, True):
-        if correct:
-            say("the chain of measurement corrected")
-        own = corrected(tests, linear) if correct else tests
-        one = _begun(model, linear, own, say)
-        begun.append(replace(one, found=replace(one.found, corrected=correct)))
-        if begun[-1].is_enough:
-            return begun[-1].ended(say)
-    return min(begun, key=lambda one: one.found.left).ended(say)
+    """Return the search with the tests as recorded or corrected, whichever leaves less.
+
+    Where tests differ in a condition, with effects that it scales as well, if those that are
+    the same in all tests leave more than noise, and much more than these.
+    """
+    corrections: tuple[bool, ...] = (False,)
+    if is_unusual(linear):
+        corrections = (True, False) if explains(linear) else (False, True)
+    ways: list[Begun] = []
+    for scale in (None, *scales_between(tests)):
+        begun: list[Begun] = []
+        for correct in corrections:
+            if correct:
+                say("the chain of measurement corrected")
+            own = corrected(tests, linear) if correct else tests
+            one = _begun(model, linear, own, say, scale)
+            begun.append(replace(one, found=replace(one.found, corrected=correct)))
+            if begun[-1].is_enough:
+                return begun[-1].ended(say)
+        ways.append(min(begun, key=lambda one: one.found.left))
+    alike, least = ways[0], min(ways, key=lambda one: one.found.left)
+    return (least if least.found.left < MUCH * alike.found.left else alike).ended(say)
 
 
 @final
@@ -157,8 +166,11 @@ def _begun(
     linear_model: LinearModel,
     tests: Sequence[Test],
     say: Callable[[str], None],
+    scaled_by: Scale | None = None,
 ) -> Begun:
     """Return the explanations of tests on top of a linear model.
+
+    `scaled_by` is the condition that scales every effect that may be missing.
 
     Raises
     ------
@@ -166,8 +178,10 @@ def _begun(
         If the model runs away in every test, or the tests are too short.
     """
     model = replace(original, modes=linear_model.model.modes)
-    campaign = campaign_of(model, tests)
+    campaign = campaign_of(model, tests, scaled_by)
     forms = usable_forms(campaign.data)
+    if scaled_by is not None:
+        say(f"effects scaled by {scaled_by.condition}")
     say("the model's own numbers")
     linear = own_numbers(campaign, linear_model)
     rigid = rigid_joints(campaign.data)
@@ -211,7 +225,7 @@ def _begun(
     mode = None if last.is_enough or needs_none(last.found) else mode_beside(last.outcome, say)
     if mode is None:
         return last
-    return _begun(original, linear_model.with_mode(mode), tests, say)
+    return _begun(original, linear_model.with_mode(mode), tests, say, scaled_by)
 
 
 def _in_structures(

@@ -40,7 +40,9 @@ def updated_model(model: Model, diagnosis: Diagnosis) -> Model | None:
 def elements_of(effects: Sequence[Finding]) -> list[Element]:
     """Return effects that were found as elements; faults of sensors are left out."""
     return [
-        Element(effect_of(one.kind, one.parameters), (one.between[0], one.between[1]))
+        Element(
+            effect_of(one.kind, one.parameters), (one.between[0], one.between[1]), one.scaled_by
+        )
         for one in effects
         if one.kind in EFFECTS
     ]

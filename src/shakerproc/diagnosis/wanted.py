@@ -9,6 +9,7 @@ from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.hypotheses.joints import Joint
 from shakerproc.diagnosis.screening import Start
 from shakerproc.errors import DiagnosisError
+from shakerproc.models import Scale
 from shakerproc.models.effects import Table
 from shakerproc.models.identification import Identification, Values
 
@@ -26,11 +27,14 @@ class Wanted:
         The joint; by default the one where it fits best.
     start : mapping of str to float or str
         Coordinates to start from beside those of the screening [SI].
+    scaled_by : Scale, optional
+        Condition of the tests that its force is proportional to.
     """
 
     kind: str
     between: Joint | None = None
     start: Values = field(default_factory=lambda: MappingProxyType({}))
+    scaled_by: Scale | None = None
 
     @property
     def is_free_law(self) -> bool:

@@ -255,8 +255,13 @@ def doubted_note(faults: Sequence[Finding]) -> str:
 
 def _effects(effects: Sequence[Finding]) -> str:
     return " and ".join(
-        f"{e.kind.replace('_', ' ')} between {' and '.join(e.between)}" for e in effects
+        f"{e.kind.replace('_', ' ')} between {' and '.join(e.between)}{_scaled(e)}"
+        for e in effects
     )
+
+
+def _scaled(effect: Finding) -> str:
+    return "" if effect.scaled_by is None else f", scaled by {effect.scaled_by.condition}"
 
 
 def _faults(faults: Sequence[Finding]) -> str:

@@ -69,10 +69,11 @@ from shakerproc.forecasts.quantities import (
     spread_of,
     values_of_motion,
 )
-from shakerproc.models import Model
+from shakerproc.models import Conditions, Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.acquisition import duration_of_test
 from shakerproc.planning.rehearsal import check_drive
+from shakerproc.runs.conditions import stated
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.header import Limit
 
@@ -292,6 +293,7 @@ def forecast_tests(
     SimulationError
         If a motion runs away.
     """
+    model = _under_one(model, [*(one.conditions for one in tests), *map(stated, planned)])
     ready = [_planned(log, one, model, tests) for one in planned]
     quantities = [(limit, quantity_of(limit, model, log)) for limit in log.limits]
     if wish is not None:
@@ -378,6 +380,25 @@ def _levels(log: TestLog, tests: Sequence[Measured]) -> list[list[Measured]]:
     while levels and all(one.test.hold_out for one in levels[0]):
         levels.pop(0)
     return levels
+
+
+def _under_one(model: Model, conditions: Sequence[Conditions]) -> Model:
+    """Return the model under the conditions that all tests have.
+
+    Raises
+    ------
+    DiagnosisError
+        If they differ in what scales the model.
+    """
+    shares = {tuple(scale.share(one) for scale in model.scales) for one in conditions}
+    if len(shares) > 1:
+        names = " and ".join(dict.fromkeys(scale.condition for scale in model.scales))
+        raise DiagnosisError(
+            f"{model.title}: a forecast cannot yet take tests under several conditions, and "
+            f"{names} is not the same in all of them, those planned among them. Set the others "
+            "discarded in a copy of the log."
+        )
+    return model.under(conditions[0])
 
 
 def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) -> Planned:

@@ -1,6 +1,5 @@
 """YAML model files in and out, comments and order kept."""
 
-from shakerproc.model_files.conditions import Conditions
 from shakerproc.model_files.editing import NewNumbers, add_element, change_parameters
 from shakerproc.model_files.effect_files import (
     EffectSource,
@@ -18,7 +17,6 @@ from shakerproc.model_files.writing import (
 )
 
 __all__ = [
-    "Conditions",
     "EffectSource",
     "ModelFile",
     "NewNumbers",

@@ -11,13 +11,13 @@ from pydantic import BaseModel
 
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import DocumentError, ModelError
-from shakerproc.model_files.conditions import KEY, Conditions, under
 from shakerproc.model_files.schema import (
     ModelSchema,
     ProvenanceSection,
     check_driven,
     read_structures,
 )
+from shakerproc.models.conditions import Conditions, Scale
 from shakerproc.models.effects import EFFECTS, SPELLINGS
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.base import Parameter, parameter_in
@@ -30,6 +30,9 @@ from shakerproc.units import example, near_miss, quoted, to_si
 _NUMBERS: Final = re.compile(
     r"((?:[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?:\s*,\s*|\s+|$))+)(.*)", re.DOTALL
 )
+SCALED_BY: Final = "scaled_by"
+"""Key of an element for the condition that scales it."""
+
 MOST_NUMBERS: Final = 4096
 """Numbers that a table may have in all."""
 
@@ -242,12 +245,15 @@ class ModelFile:
         Where its fitted parts come from.
     document : Document
         For messages with line and column.
+    conditions : Conditions, optional
+        Those that the model is under, if it is not as it stands in the file.
     """
 
     path: Path
     model: Model
     provenance: tuple[ProvenanceSection, ...]
     document: Document[ModelSchema]
+    conditions: Conditions | None = None
 
     def __repr__(self) -> str:
         elements = ", ".join(
@@ -257,8 +263,8 @@ class ModelFile:
         return f"Model {self.path}: {self.model.title}; {elements}"
 
 
-def read_model(path: Path, conditions: Conditions | None = None) -> Model:
-    """Return the model that a YAML file describes, under the conditions of a test.
+def read_model(path: Path) -> Model:
+    """Return the model that a YAML file describes.
 
     Raises
     ------
@@ -266,10 +272,10 @@ def read_model(path: Path, conditions: Conditions | None = None) -> Model:
         If the file is not strict YAML, or something in it is unknown, missing, without unit,
         not physical, or cannot stand; with line and column.
     """
-    return read_model_file(path, conditions).model
+    return read_model_file(path).model
 
 
-def read_model_file(path: Path, conditions: Conditions | None = None) -> ModelFile:
+def read_model_file(path: Path) -> ModelFile:
     """Return the model that a YAML file describes, and where everything stands in it.
 
     Raises
@@ -293,10 +299,9 @@ def read_model_file(path: Path, conditions: Conditions | None = None) -> ModelFi
         name: _mass(document, ("masses", name), written, motion)
         for name, written in said.masses.items()
     }
-    elements = [
-        _element(document, ("elements", i), places, motion, conditions)
-        for i in range(len(said.elements))
-    ]
+    elements = tuple(
+        _element(document, ("elements", i), places, motion) for i in range(len(said.elements))
+    )
     sensors = {
         name: _sensor(document, ("sensors", name), places, motion) for name in said.sensors
     }
@@ -307,7 +312,7 @@ def read_model_file(path: Path, conditions: Conditions | None = None) -> ModelFi
         model = Model(
             said.title or path.stem,
             masses,
-            tuple(element for element in elements if element is not None),
+            elements,
             excitation,
             sensors,
             modes,
@@ -378,14 +383,9 @@ def _mixed(written: object, motion: Motion) -> str:
 
 
 def _element(
-    document: Document[ModelSchema],
-    place: tuple[str, int],
-    places: list[str],
-    motion: Motion,
-    conditions: Conditions | None,
-) -> Element | None:
-    """Return an element; None where a condition leaves nothing of its force."""
-    said, also = document.value.elements[place[1]], ("between", KEY)
+    document: Document[ModelSchema], place: tuple[str, int], places: list[str], motion: Motion
+) -> Element:
+    said, also = document.value.elements[place[1]], ("between", SCALED_BY)
     effect = read_kind(document, place, said, EFFECTS, also=also, motion=motion)
     between = said.get("between")
     if "between" not in said:
@@ -408,10 +408,33 @@ def _element(
         raise document.error(
             (*place, "between"), f"expected the mass that it sits on last, got {BASE}"
         )
-    scaled = (
-        under(document, (*place, KEY), effect, said[KEY], conditions) if KEY in said else effect
-    )
-    return None if scaled is None else Element(scaled, tuple(between))
+    if SCALED_BY not in said:
+        return Element(effect, tuple(between))
+    where = (*place, SCALED_BY)
+    try:
+        return Element(effect, tuple(between), _scale(document, where, said[SCALED_BY]))
+    except ValueError as error:
+        raise document.error(where, str(error)) from error
+
+
+def _scale(document: Document[ModelSchema], place: Sequence[str | int], said: Any) -> Scale:
+    """Return the condition that scales an element.
+
+    Raises
+    ------
+    DocumentError
+        If it is not one condition with the value at which the numbers of the element hold.
+    """
+    if not isinstance(said, dict) or len(said) != 1:
+        raise document.error(
+            place, "expected one condition and its value at which the numbers hold, such as "
+            "{voltage: 2 V}"
+        )  # fmt: skip
+    ((name, written),) = said.items()
+    try:
+        return Scale(str(name), written)
+    except ValueError as error:
+        raise document.error((*place, name), str(error)) from error
 
 
 def _sensor(

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any, Final, final
 
 from shakerproc import files
+from shakerproc.models.conditions import Scale
 from shakerproc.models.effects import SPELLINGS
 from shakerproc.models.effects.base import AbstractEffect, Parameter
 from shakerproc.models.faults import AbstractFault
@@ -156,7 +157,14 @@ def element_text(element: Element, motion: Motion = "translation") -> str:
     """Return an element on one line, as it stands in a model file."""
     between = ", ".join(text_of(place) for place in element.between)
     start = [f"kind: {written_kind(element.effect)}", f"between: [{between}]"]
-    return f"{{{', '.join(start + _parameters(element.effect, motion))}}}"
+    scaled = (
+        [] if element.scaled_by is None else [f"scaled_by: {_scale_text(element.scaled_by)}"]
+    )
+    return f"{{{', '.join(start + _parameters(element.effect, motion) + scaled)}}}"
+
+
+def _scale_text(scale: Scale) -> str:
+    return f"{{{text_of(scale.condition)}: {scale.at}}}"
 
 
 def written_kind(effect: AbstractEffect) -> str:

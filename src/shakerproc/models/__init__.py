@@ -1,5 +1,6 @@
 """Physics only: masses, the elements between them, and the effects they are made of."""
 
+from shakerproc.models.conditions import NO_CONDITIONS, Conditions, Scale
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
 from shakerproc.models.faults import FAULTS, AbstractFault
@@ -11,14 +12,17 @@ __all__ = [
     "BASE",
     "EFFECTS",
     "FAULTS",
+    "NO_CONDITIONS",
     "AbstractEffect",
     "AbstractFault",
     "AbstractMemorylessEffect",
     "AbstractSampledEffect",
+    "Conditions",
     "Element",
     "Excitation",
     "Mode",
     "Model",
     "Parameter",
+    "Scale",
     "Sensor",
 ]

@@ -14,6 +14,8 @@ from typing import Literal, TypeAlias, final
 
 import numpy as np
 
+from shakerproc.models.conditions import Scale
+
 Values: TypeAlias = Mapping[str, float | str]
 """Coordinates and fixed words or numbers, by name [SI]."""
 
@@ -173,6 +175,8 @@ class Identification:
         keyword arguments of the effect, unless it says otherwise (`estimated`).
     scaled : tuple of str
         Coordinates that the force is proportional to, taken together; none if there are none.
+    scaled_by : Scale, optional
+        Condition of a test that the force is proportional to, too.
     """
 
     free: Mapping[str, Free]
@@ -180,6 +184,7 @@ class Identification:
     contains: tuple[Contained, ...] = ()
     numbers: Callable[[Values], Values] = _as_they_are
     scaled: tuple[str, ...] = ()
+    scaled_by: Scale | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "free", MappingProxyType(dict(self.free)))

@@ -1,15 +1,18 @@
 """A model: masses, the elements between them, what shakes it and what is measured."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Final, Literal, TypeAlias, final
 
 from shakerproc import checks
+from shakerproc.errors import ModelError
+from shakerproc.models.conditions import NOTHING, Conditions, Scale
 from shakerproc.models.effects.attached_mode import AttachedMode
-from shakerproc.models.effects.base import AbstractEffect
+from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.models.faults import AbstractFault
 from shakerproc.models.motion import Motion, unit_in
+from shakerproc.models.scaling import times
 from shakerproc.models.structure import Mode, Structure
 from shakerproc.models.validation import check_model
 
@@ -46,10 +49,13 @@ class Element:
     between : tuple of str
         Two places, masses or ``base``; displacement is that of the second minus that of the
         first. An attached mode may name its one place alone and gets the base as the first.
+    scaled_by : Scale, optional
+        Condition of the test that the force is proportional to.
     """
 
     effect: AbstractEffect
     between: tuple[str, str]
+    scaled_by: Scale | None = None
 
     def __post_init__(self) -> None:
         between = tuple(self.between)
@@ -58,6 +64,20 @@ class Element:
         if len(between) != 2:
             raise ValueError(f"between must name two places, not {list(self.between)}")
         object.__setattr__(self, "between", between)
+        if self.scaled_by is not None:
+            times(self.effect, 1.0)  # tells what cannot be scaled
+
+    def under(self, conditions: Conditions) -> "Element | None":
+        """Return the element with the force that it has under conditions; None without any.
+
+        One that remembers or moves by itself stays, so that tests have the same motions.
+        """
+        if self.scaled_by is None:
+            return self
+        share = self.scaled_by.share(conditions)
+        if share == 0.0 and isinstance(self.effect, AbstractMemorylessEffect):
+            return None
+        return Element(times(self.effect, max(share, NOTHING)), self.between)
 
 
 @final
@@ -240,6 +260,29 @@ class Model:
             self.title, masses, self.elements, self.excitation, sensors, self.modes,
             self.motion, dict(self.structures),
         )  # fmt: skip
+
+    @property
+    def scales(self) -> tuple[Scale, ...]:
+        """Conditions of a test that scale elements, one for each of these."""
+        return tuple(one.scaled_by for one in self.elements if one.scaled_by is not None)
+
+    def under(self, conditions: Conditions) -> "Model":
+        """Return the model of a test: that under the conditions of the test.
+
+        Nothing scales it any more. A model that nothing scales is the same in every test.
+
+        Raises
+        ------
+        ModelError
+            If a condition that scales an element is not said, of another unit, or below 0.
+        """
+        if not self.scales:
+            return self
+        try:
+            every = [one.under(conditions) for one in self.elements]
+        except ModelError as error:
+            raise ModelError(f"{self.title}: {error}") from error
+        return replace(self, elements=tuple(one for one in every if one is not None))
 
     @property
     def rigid_masses(self) -> dict[str, float]:

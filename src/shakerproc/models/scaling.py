@@ -14,10 +14,11 @@ EffectT = TypeVar("EffectT", bound=AbstractEffect)
 _FORCE: Final = re.compile(r"(?:N|kg)(?![A-Za-z])")
 """A unit that is proportional to force."""
 
-_REFUSED: Final[Mapping[str, str]] = MappingProxyType({
+UNSCALED: Final[Mapping[str, str]] = MappingProxyType({
     "stiffness_drift": "it changes the spring beside it; scale that",
     "general_bouc_wen": "its beta and gamma mean another loop at another force; take bouc_wen",
 })
+"""Kinds of effects that no condition scales, and why."""
 
 
 def times(effect: EffectT, factor: float) -> EffectT:
@@ -41,8 +42,8 @@ def times(effect: EffectT, factor: float) -> EffectT:
         If the factor is not above 0, or no number of the effect is one of force.
     """
     checks.positive("factor", factor, "-")
-    if effect.kind in _REFUSED:
-        raise ValueError(f"{effect.kind} cannot be scaled: {_REFUSED[effect.kind]}")
+    if effect.kind in UNSCALED:
+        raise ValueError(f"{effect.kind} cannot be scaled: {UNSCALED[effect.kind]}")
     scaled = {
         field.name: _multiple(value, factor)
         for field in fields(effect)  # type: ignore[arg-type]

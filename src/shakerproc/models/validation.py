@@ -63,6 +63,31 @@ def check_sampled(model: "Model", sample_rate: float) -> None:
                 )
 
 
+def check_unscaled(model: "Model", doing: str) -> None:
+    """Pass a model that is the same whatever the conditions of a test are.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    doing : str
+        What knows no conditions, for the message.
+
+    Raises
+    ------
+    ModelError
+        If a condition scales an element of it.
+    """
+    for element in model.elements:
+        if element.scaled_by is not None:
+            kind, name = element.effect.kind, element.scaled_by.condition
+            raise ModelError(
+                f"{model.title}: {kind} between {' and '.join(element.between)} is scaled by "
+                f"{name}, and {doing} cannot yet take a model under conditions of tests. Write "
+                f"its numbers at one {name}, without scaled_by."
+            )
+
+
 def _check_places(model: "Model") -> None:
     if not model.masses and not model.structures:
         raise ModelError(

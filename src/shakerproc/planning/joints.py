@@ -12,6 +12,7 @@ from shakerproc.finite_elements.coupon import ThermalFit, clearances_at
 from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model
 from shakerproc.models.coordinates import coordinates_of, resolved
 from shakerproc.models.laws import Law
+from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.harmonic_balance.system import system_of_model
 from shakerproc.testlog import Test
 
@@ -237,6 +238,7 @@ def joint_of_model(model: Model, between: tuple[str, str] | None = None) -> Mode
     ModelError
         If no element stands between the places, or the model changes with time.
     """
+    check_unscaled(model, "a plan")
     elements = resolved(model)
     chosen = _chosen(model, elements, between)
     system, linear = system_of_model(model, 1.0), coordinates_of(model, elements)

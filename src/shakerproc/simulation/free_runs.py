@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.model import Model
+from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.assembly import System, assemble
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.windows import Nudges
@@ -192,6 +193,7 @@ def free_runs(
     plain : bool
         Whether means keep what folds back of jumps (see `band_limited`).
     """
+    check_unscaled(model, "a simulation")
     system = assemble(model)
     counts = runs.windows[:, 2]
     offsets = np.concatenate(([0], np.cumsum(counts)))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
+from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.assembly import System, assemble, branches_of, build_store, no_store
 from shakerproc.simulation.inputs import Input, as_input, prepare_long
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS, integrate_dop853
@@ -340,6 +341,7 @@ def simulate(
     ValueError
         If the arguments do not fit together.
     """
+    check_unscaled(model, "a simulation")
     system = assemble(model)
     series = by_series(system, solver)
     given = None

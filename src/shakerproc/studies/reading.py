@@ -9,6 +9,7 @@ from shakerproc.documents import Document, read_document
 from shakerproc.errors import ShakerprocError
 from shakerproc.model_files import read_model
 from shakerproc.models import Model
+from shakerproc.models.validation import check_unscaled
 from shakerproc.runs.tables import former_note, present_name
 from shakerproc.studies.kinds import KINDS, OPTIONS
 from shakerproc.studies.kinds.base import StudyJob, jobs_of
@@ -228,7 +229,9 @@ def _model(document: Document[StudySection]) -> Model | None:
             f"model: expected a model file in {folder.name}/ or below, got "
             f"{document.value.model!r}",
         )
-    return read_model(path)
+    model = read_model(path)
+    check_unscaled(model, "a study")
+    return model
 
 
 def _run(document: Document[StudySection], model: Model | None) -> StudyRun | None:

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from numbers import Integral, Real
 from os import PathLike, fspath
@@ -14,8 +14,8 @@ import numpy as np
 
 from shakerproc.errors import ArgumentError
 from shakerproc.executors import AbstractExecutor, ClusterExecutor, Limits, ProcessExecutor
-from shakerproc.model_files import Conditions, ModelFile, read_model_file
-from shakerproc.models import Model
+from shakerproc.model_files import ModelFile, read_model_file
+from shakerproc.models import Conditions, Model
 from shakerproc.testlog import TestLog, read_testlog
 from shakerproc.units import any_quantity
 
@@ -231,7 +231,8 @@ def read_model(path: AnyPath, *, conditions: Mapping[str, str] | None = None) ->
     path : path
         The file.
     conditions : mapping of str to str, optional
-        Quantities that scale effects, with their units, such as ``{"voltage": "2 V"}``.
+        Quantities that scale effects, with their units, such as ``{"voltage": "2 V"}``: the
+        model is that under these, whatever tests say.
 
     Returns
     -------
@@ -244,10 +245,15 @@ def read_model(path: AnyPath, *, conditions: Mapping[str, str] | None = None) ->
         If `path` is no path of a file, or a condition no quantity.
     DocumentError
         If the file is not strict YAML, or something in it is unknown, missing, without unit or
-        not physical, or a condition that scales an effect is missing; with line and column.
+        not physical; with line and column.
+    ModelError
+        If a condition that scales an effect is missing, or of another unit.
     """
-    said = None if conditions is None else _conditions(conditions)
-    return read_model_file(file_of("path", path, "a model"), said)
+    found = read_model_file(file_of("path", path, "a model"))
+    if conditions is None:
+        return found
+    under = _conditions(conditions)
+    return replace(found, model=found.model.under(under), conditions=under)
 
 
 def _conditions(given: Any) -> Conditions:
@@ -271,7 +277,7 @@ class GivenModel:
     model : Model
         The model.
     file : ModelFile, optional
-        Where it stands.
+        Where it stands, as it is.
     """
 
     model: Model
@@ -287,7 +293,8 @@ def model_of(given: Any, name: str = "model") -> GivenModel:
         If it is none.
     """
     if isinstance(given, ModelFile):
-        return GivenModel(given.model, given)
+        as_written = given if given.conditions is None else None
+        return GivenModel(given.model, as_written)
     if isinstance(given, Model):
         return GivenModel(given)
     raise ArgumentError(

@@ -1,6 +1,6 @@
 """A model compared with tests of a log or with response functions: `shakerproc compare`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
@@ -16,7 +16,6 @@ from shakerproc.comparison import (
     sentence,
     usable_tests,
 )
-from shakerproc.comparison.bands import band_errors
 from shakerproc.comparison.decays import (
     DecayComparison,
     compare_decays,
@@ -36,7 +35,6 @@ from shakerproc.report.evidence.functions import function_report
 from shakerproc.report.page.page import write_report
 from shakerproc.testlog import Modal, TestLog
 from shakerproc.workflows.arguments import choice_of, log_of, model_of, pairs, switch_of
-from shakerproc.workflows.conditions import Groups, alone, groups_of
 from shakerproc.workflows.evidence import check_same
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 
@@ -346,7 +344,7 @@ def compare_any(
 
 
 def compare_models(
-    model: Model | Mapping[int | str, Model],
+    model: Model,
     log: TestLog,
     *,
     before: Model | None = None,
@@ -354,15 +352,7 @@ def compare_models(
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> ShownComparison:
-    """Return a comparison, told of what is going on and of faulty channels; see `compare`.
-
-    The model may be one for each test, by its id: that under the conditions of the test.
-    """
-    if not isinstance(model, Model):
-        groups = groups_of(model)
-        if len(groups) > 1 and before is None and not fit:
-            return ShownComparison(_under_conditions(groups, log, tell, warn))
-        model = alone(model, "--fit" if fit else "--before")
+    """Return a comparison, told of what is going on and of faulty channels; see `compare`."""
     usable = given = usable_tests(log, model)
     usable.tell(warn)
     if before is not None:
@@ -376,23 +366,6 @@ def compare_models(
     old = compare_tests(before or model, given.tests, left_out=given.left_out, tell=tell)
     old, found = scored_alike(old, found, tell=tell)
     return ShownComparison(found, old, modes)
-
-
-def _under_conditions(
-    groups: Groups, log: TestLog, tell: Callable[[str], None], warn: Callable[[str], None]
-) -> Comparison:
-    """Return the comparison of tests of which several conditions make several models."""
-    usable = usable_tests(log, groups[0][0])
-    usable.tell(warn)
-    found = {}
-    for model, ids in groups:
-        tests = [test for test in usable.tests if test.test.id in ids]
-        for one in compare_tests(model, tests, tell=tell).tests if tests else ():
-            found[one.measured.name] = one
-    every = [found[test.name] for test in usable.tests]
-    predictions, pairs = [one.prediction for one in every], [one.pair for one in every]
-    bands = band_errors(predictions, pairs, [one.floor for one in every])
-    return Comparison(groups[0][0], tuple(every), bands, None, usable.left_out)
 
 
 def _modes(

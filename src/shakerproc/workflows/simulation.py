@@ -1,6 +1,6 @@
 """Response of a model to an input in memory, and a campaign simulated as its log says."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
@@ -12,6 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ArgumentError, LogError
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
+from shakerproc.runs.conditions import stated
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import SimulatedResponse as Simulated
@@ -146,7 +147,7 @@ def _samples(given: Any) -> FloatArray:
 
 
 def rehearse_campaign(
-    model: "Model | Mapping[int | str, Model]",
+    model: "Model",
     log: "TestLog",
     staging: "Staging",
     *,
@@ -160,8 +161,8 @@ def rehearse_campaign(
 
     Parameters
     ----------
-    model : Model or mapping of int or str to Model
-        What is shaken, or that under the conditions of each test, by its id.
+    model : Model
+        What is shaken, in each test under the conditions that the log states.
     folder : Path, optional
         Where a copy of the log goes, and the recordings below it; by default they are written
         beside the log itself.
@@ -196,13 +197,14 @@ def rehearse_campaign(
     named = played or named
     if not named:
         raise LogError(f"{log.path}: no test has a recording to write; add the key")
+    of_tests = [model.under(stated(test)) for test in named]
     paths = [_path(test, root, target) for test in named]
     _check_free(log, paths, overwrite=overwrite)
     if target != root:
         _copy_log(log, target, overwrite=overwrite)
     found = []
-    for test, path in zip(named, paths, strict=True):
-        made = rehearse(model if isinstance(model, Model) else model[test.id], test, staging)
+    for shaken, test, path in zip(of_tests, named, paths, strict=True):
+        made = rehearse(shaken, test, staging)
         write_recording(path, made.recording)
         found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
         advance(f"test {test.id}")

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
 from shakerproc import __version__, files
-from shakerproc.diagnosis.adding import NO_START, Added
+from shakerproc.diagnosis.adding import Added
 from shakerproc.diagnosis.adding import add as add_effect
 from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
+from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.errors import ArgumentError, DiagnosisError
 from shakerproc.model_files import (
     NewNumbers,
@@ -17,8 +18,7 @@ from shakerproc.model_files import (
     add_element,
     model_text,
 )
-from shakerproc.models import EFFECTS, Model
-from shakerproc.models.identification import Values
+from shakerproc.models import EFFECTS, Model, Scale
 from shakerproc.testlog import TestLog
 from shakerproc.units import near_miss, to_si
 from shakerproc.workflows.arguments import (
@@ -184,6 +184,7 @@ def add(
     *,
     between: Sequence[str] | None = None,
     start: Mapping[str, str | float] | None = None,
+    scaled_by: Mapping[str, str] | None = None,
     force: bool = False,
 ) -> UpdatedModel:
     """Return a model with one effect more, fitted to a log together with its own numbers.
@@ -200,6 +201,9 @@ def add(
         Its two places; by default where it fits best.
     start : mapping of str to str or float, optional
         Where its fit may start besides: numbers with their unit (``"0.1 mm"``), or in SI.
+    scaled_by : mapping of str to str, optional
+        Condition of the tests that its force is proportional to, and the value at which its
+        numbers shall hold, such as ``{"voltage": "2 V"}``.
     force : bool
         Whether to return it even where it is no gain.
 
@@ -219,35 +223,26 @@ def add(
     check_kind(effect)
     places = None if between is None else places_of(between, known.model)
     forced = switch_of("force", force)
-    found = fitted_effect(
-        effect,
-        known,
-        tests,
-        between=places,
-        start=start_of(effect, {} if start is None else start),
-    )
+    numbers = start_of(effect, {} if start is None else start)
+    scale = None if scaled_by is None else scale_of(scaled_by)
+    found = fitted_effect(Wanted(effect, places, numbers, scale), known, tests)
     if not forced:
         check_gain(effect, found.added)
     return found
 
 
 def fitted_effect(
-    effect: str,
+    wanted: Wanted,
     known: GivenModel,
     log: TestLog,
     *,
-    between: Sequence[str] | None = None,
-    start: Values = NO_START,
     effect_hashes: Mapping[str, str] = _NO_HASHES,
     progress: Callable[[str], None] | None = None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> UpdatedModel:
     """Return a model with one effect more, whether or not it is a gain."""
-    added = add_effect(
-        effect, known.model, log, between=between, start=start, force=True,
-        progress=progress, warn=warn,
-    )  # fmt: skip
-    return UpdatedModel(effect, known, log, added, effect_hashes)
+    added = add_effect(wanted, known.model, log, force=True, progress=progress, warn=warn)
+    return UpdatedModel(wanted.kind, known, log, added, effect_hashes)
 
 
 def check_gain(effect: str, added: Added) -> None:
@@ -327,7 +322,27 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
     return found
 
 
-def places_of(between: Sequence[str], model: Model) -> list[str]:
+def scale_of(given: Any) -> Scale:
+    """Return the condition that is to scale an effect.
+
+    Raises
+    ------
+    ArgumentError
+        If it is not one condition with a value above 0 and its unit.
+    """
+    if not isinstance(given, Mapping) or len(given) != 1:
+        raise ArgumentError(
+            "scaled_by",
+            f'expected one condition such as {{"voltage": "2 V"}}, got {argument_text(given)}',
+        )
+    ((name, written),) = given.items()
+    try:
+        return Scale(str(name), written)
+    except ValueError as error:
+        raise ArgumentError("scaled_by", f"{name}: {error}") from error
+
+
+def places_of(between: Sequence[str], model: Model) -> tuple[str, str]:
     """Return two places of a model.
 
     Raises
@@ -348,4 +363,4 @@ def places_of(between: Sequence[str], model: Model) -> list[str]:
             "between",
             f"expected two places such as {there[0]},{there[1]}, got {','.join(places)!r}",
         )
-    return places
+    return places[0], places[1]

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.diagnosis.estimation.resting_places import resting_places
-from shakerproc.models import Element, Excitation, Model, Sensor
+from shakerproc.models import NO_CONDITIONS, Element, Excitation, Model, Sensor
 from shakerproc.models.effects import EFFECTS, Spring
 
 RATE, HZ, AMPLITUDE = 8192.0, 64.0, 1e-4
@@ -28,8 +28,9 @@ def model(*effects, measures="acceleration"):
 def places_of(model, amplitude=AMPLITUDE):
     z = amplitude * np.sin(2.0 * np.pi * HZ * np.arange(8192) / RATE)
     motion = SimpleNamespace(displacement=z, velocity=np.gradient(z, 1.0 / RATE))
+    test = SimpleNamespace(sample_rate=RATE, conditions=NO_CONDITIONS)
     data = SimpleNamespace(
-        tests=[SimpleNamespace(sample_rate=RATE)], lengths=SimpleNamespace(unit_s=1.0 / HZ),
+        tests=[test], lengths=SimpleNamespace(unit_s=1.0 / HZ),
         across=lambda _joint: (motion,), largest_across=lambda _joint: amplitude,
     )  # fmt: skip
     return resting_places(data, model, TABLE)

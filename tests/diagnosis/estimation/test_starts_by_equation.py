@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.diagnosis.estimation.starts_by_equation import by_equation
-from shakerproc.models import Element, Excitation, Model, Sensor
+from shakerproc.models import NO_CONDITIONS, Element, Excitation, Model, Sensor
 from shakerproc.models.effects import EFFECTS, Damper, Spring
 
 RATE, HZ, MASS = 8192.0, 64.0, 0.1
@@ -40,8 +40,9 @@ def campaign():
     force = -0.5 * STIFFNESS * z + 0.5 * STIFFNESS / WELL**2 * z**3 + DAMPING * v
     absolute = -force / MASS
     test = SimpleNamespace(
-        sample_rate=RATE, responses=absolute[np.newaxis], input=absolute - curved
-    )
+        sample_rate=RATE, responses=absolute[np.newaxis], input=absolute - curved,
+        conditions=NO_CONDITIONS,
+    )  # fmt: skip
     sizes = np.array([AMPLITUDE, AMPLITUDE * w])  # without the mean
     return SimpleNamespace(tests=[test], frequency=HZ, motion_sizes=sizes), np.array([z, v])
 

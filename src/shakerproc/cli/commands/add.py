@@ -42,6 +42,15 @@ def add(
             show_default="what the tests suggest",
         ),
     ] = None,
+    scaled_by: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CONDITION=VALUE",
+            help="Condition of the tests that its force is proportional to, and the value at "
+            "which its numbers shall hold, such as voltage=2V.",
+            show_default="the same in all tests",
+        ),
+    ] = None,
     modes: Annotated[
         bool,
         typer.Option("--modes", help="Write further linear modes that were fitted, too."),
@@ -54,6 +63,7 @@ def add(
     Nothing is written where the held-out error does not fall by more than its standard error.
     """
     from shakerproc.cli.messages import announce
+    from shakerproc.diagnosis.wanted import Wanted
     from shakerproc.model_files import read_model_file
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import updated_model
@@ -71,14 +81,13 @@ def add(
     announce()
     with options.usage():
         numbers = updated_model.start_of(effect, _pairs(start or []))
+        scale = updated_model.scale_of(_pairs(scaled_by)) if scaled_by else None
     once = output.Once()
     with output.progress("add", 3) as advance:
         found = updated_model.fitted_effect(
-            effect,
+            Wanted(effect, places, numbers, scale),
             GivenModel(known.model, known),
             log,
-            between=places,
-            start=numbers,
             effect_hashes=options.effects_of(own).get("effects_sha256", {}),
             progress=advance,
             warn=once.warning,

@@ -85,7 +85,6 @@ def compare(
     from shakerproc.report.evidence.models import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
-    from shakerproc.workflows.conditions import models_of_tests
     from shakerproc.workflows.evidence import Evidence, inputs_of
 
     folder = Path(f"{model.stem}_compare") if out is None else out
@@ -98,23 +97,27 @@ def compare(
     announce()
     folders.check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
-    of_tests, model_hash = read_hashed(
-        lambda path: models_of_tests(path, campaign.recorded(), output.message), model
-    )
-    shaken = next(iter(of_tests.values()))
+    shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
     older = None
     if before is not None:
         older, older_hash = read_hashed(read_model, before)
         documents.insert(0, ("model", before, older_hash))
     if shaken.excitation.role is None:
-        shaken_alone = (of_tests, older, campaign)
-        _decays(folder, shaken_alone, documents, fit=fit, figures=figures, json=json, pdf=pdf)
+        _decays(
+            folder,
+            (shaken, older, campaign),
+            documents,
+            fit=fit,
+            figures=figures,
+            json=json,
+            pdf=pdf,
+        )
         return
     once = output.Once()
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_models(
-            of_tests, campaign, before=older, fit=fit, tell=advance, warn=once.warning
+            shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning
         )
     found, measured = compared.found, [test.measured for test in compared.found.tests]
     models = Models(found, old=shaken.title)
@@ -149,6 +152,7 @@ def _functions(
     """Compare the linear part of a model with response functions of a file."""
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
+    from shakerproc.models.validation import check_unscaled
     from shakerproc.recordings import read_hashed
     from shakerproc.workflows.comparison import FUNCTION_COLUMNS, compare_file
 
@@ -156,6 +160,7 @@ def _functions(
         raise typer.BadParameter("--fit and --before are for test logs")
     folders.check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
+    check_unscaled(model, "a comparison with response functions")
     compared = compare_file(model, given[1], at or [])
     found = compared.found
     inputs = [
@@ -183,7 +188,7 @@ def _functions(
 
 def _decays(
     folder: Path,
-    asked: "tuple[Mapping[int | str, Model], Model | None, TestLog]",
+    asked: "tuple[Model, Model | None, TestLog]",
     documents: "Sequence[Document]",
     *,
     fit: bool,
@@ -194,11 +199,9 @@ def _decays(
     """Compare a model that nothing drives with free decays."""
     from shakerproc import files
     from shakerproc.workflows.comparison import compare_free_decays
-    from shakerproc.workflows.conditions import alone
     from shakerproc.workflows.evidence import inputs_of
 
-    of_tests, older, campaign = asked
-    model = alone(of_tests, "free decays")
+    model, older, campaign = asked
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_free_decays(
             model, campaign, before=older, fit=fit, tell=advance, warn=output.warning

@@ -97,8 +97,10 @@ def write(
         written = _write_study(source, out, reach=_length(reach), steps=steps)
     else:
         from shakerproc.model_files import read_model
+        from shakerproc.models.validation import check_unscaled
 
         model = read_model(source)
+        check_unscaled(model, "nastran")
         time, excitation = (
             _measured(model, log, test)
             if log is not None

@@ -110,9 +110,12 @@ def response(
 
 def _read(path: Path) -> "tuple[Model, str]":
     from shakerproc.model_files import read_model
+    from shakerproc.models.validation import check_unscaled
     from shakerproc.recordings import read_hashed
 
-    return read_hashed(read_model, path)
+    model, digest = read_hashed(read_model, path)
+    check_unscaled(model, "response")
+    return model, digest
 
 
 def _level(model: "Model", text: str) -> float:

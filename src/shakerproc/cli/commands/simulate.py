@@ -98,7 +98,6 @@ def simulate(
     from shakerproc.planning.rehearsal import USUAL_NOISE
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.conditions import models_of_tests
     from shakerproc.workflows.simulation import rehearse_campaign
 
     is_log = excitation.suffix.lower() in {".yaml", ".yml"}
@@ -118,23 +117,20 @@ def simulate(
     if is_log:
         wanted = [one.strip() for one in tests.split(",") if one.strip()]
         log, driven_by = read_hashed(read_testlog, excitation)
-        run = [log.find(one) for one in wanted] or log.active
-        of_tests, model_hash = read_hashed(lambda path: models_of_tests(path, run), model)
+        shaken, model_hash = read_hashed(read_model, model)
         output.say_planned_tests(log)
         with output.progress("simulate", len(wanted or log.active)) as advance:
             found = rehearse_campaign(
-                of_tests, log, staging, folder=out, wanted=wanted, overwrite=overwrite,
+                shaken, log, staging, folder=out, wanted=wanted, overwrite=overwrite,
                 advance=advance, warn=output.warning,
             )  # fmt: skip
-        motion = next(iter(of_tests.values())).motion
     else:
         shaken, model_hash = read_hashed(read_model, model)
-        motion = shaken.motion
         one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
         found = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
     output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
-    _print(found, motion, json)
+    _print(found, shaken.motion, json)
     place = excitation.parent if out is None else out
     output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
 

@@ -76,4 +76,5 @@ def arrays(measured: Measured) -> TestArrays:
         measured.excited,
         measured.error_band,
         measured.gain_spread,
+        measured.conditions,
     )

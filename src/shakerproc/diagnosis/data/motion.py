@@ -77,7 +77,7 @@ def coordinate_displacements(model: Model, test: Test) -> FloatArray:
         moved = np.zeros((model.n_coordinates, test.n_samples))
         moved[list(model.masses).index(str(model.excitation.on))] = test.input
         return moved
-    system = assemble(model)
+    system = assemble(model.under(test.conditions))
     size = test.n_samples
     length = scipy.fft.next_fast_len(size + round(test.sample_rate), real=True)
     frequency = scipy.fft.rfftfreq(length, 1.0 / test.sample_rate)

@@ -122,7 +122,7 @@ def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]
     for test in tests:
         whole = np.array([(0, 0, test.n_samples)])
         given = prepare_measured(linear.input_of(test), test.sample_rate, imposed=False)
-        found = free_runs(linear.model, Runs((given,), whole))
+        found = free_runs(linear.model.under(test.conditions), Runs((given,), whole))
         outputs = at_samples(linear.model, found.outputs[0])
         out.append(test.responses - linear.recorded(outputs, test.sample_rate))
     return out

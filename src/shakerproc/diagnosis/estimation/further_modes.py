@@ -14,7 +14,7 @@ from shakerproc.diagnosis.estimation.linear_problem import (
     LinearTest,
     solve,
 )
-from shakerproc.diagnosis.estimation.linear_response import poles_of, sensor_responses
+from shakerproc.diagnosis.estimation.linear_response import poles_of
 
 APART: Final = 3.0
 r"""Factor between a further mode and the model's own. At a ratio r of the frequencies, an
@@ -135,13 +135,13 @@ def _local(
     )
     chain = parameters.chain_at(values)
     drive = test.whitened((chain.weights @ test.test.arrays.controls)[np.newaxis])[:, near]
-    as_is = sensor_responses(parameters.model_at(values), test.bins[near])
+    as_is = test.response(parameters, values, test.bins[near])
     best = (0.0, richer, np.concatenate([values, np.zeros(3)]))
     for shift, damping in product(_SHIFTS, _DAMPINGS):
         mass = 0.0
         for _ in range(2):  # the change is nearly proportional to the mass
             trial = np.concatenate([values, (mass, shift, damping)])
-            change = sensor_responses(richer.model_at(trial), test.bins[near]) - as_is
+            change = test.response(richer, trial, test.bins[near]) - as_is
             change = weight * drive * change * chain.gains[:, np.newaxis]
             power = float(np.sum(np.abs(change) ** 2))
             factor = float(np.sum((change.conj() * left).real)) / max(power, 1e-300)

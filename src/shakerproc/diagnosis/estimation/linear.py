@@ -159,6 +159,7 @@ def _lowest(tests: Sequence[Test]) -> list[Test]:
 
 def _prepared(model: Model, test: Test) -> LinearTest:
     """Return a test with what the model adds to its own linear part."""
+    model = model.under(test.conditions)
     apart = np.zeros_like(test.responses)
     linear = {Law.LINEAR, Law.ATTACHED}
     laws = {row.law for element in resolved(model) for row in element.effect.rows()}

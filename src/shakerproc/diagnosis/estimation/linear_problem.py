@@ -81,7 +81,7 @@ class LinearTest:
 
     def simulated(self, parameters: LinearParameters, values: FloatArray) -> FloatArray:
         """Return the signals of the sensors, (n_sensors, n) array."""
-        response = sensor_responses(parameters.model_at(values), self.frequency)
+        response = self.response(parameters, values, self.frequency)
         chain = parameters.chain_at(values)
         turn = np.exp(-2j * np.pi * self.frequency * chain.delays[:, np.newaxis])
         spectrum = response * turn * chain.gains[:, np.newaxis]
@@ -89,6 +89,13 @@ class LinearTest:
         spectrum[:, 0] = 0.0
         found = scipy.fft.irfft(spectrum, self.length)[:, : self.test.n_samples]
         return np.asarray(found + chain.gains[:, np.newaxis] * self.apart)
+
+    def response(
+        self, parameters: LinearParameters, values: FloatArray, frequency: FloatArray
+    ) -> ComplexArray:
+        """Return the response function of every sensor at [Hz] (see `sensor_responses`)."""
+        model = parameters.model_at(values).under(self.test.conditions)
+        return sensor_responses(model, frequency)
 
     def residual(self, parameters: LinearParameters, values: FloatArray) -> ComplexArray:
         """Return the spectrum of measured less simulated over its noise, (n_sensors, n_bins).
@@ -108,7 +115,7 @@ class LinearTest:
 
 def prepared(model: Model, test: Test, apart: FloatArray) -> LinearTest:
     """Return a test for the linear fit of a model."""
-    rate = test.sample_rate
+    model, rate = model.under(test.conditions), test.sample_rate
     rest = int(min(_DECAYS * poles_of(model).decay * rate, test.n_samples))
     length = scipy.fft.next_fast_len(test.n_samples + rest + 1, real=True)
     length += length % 2

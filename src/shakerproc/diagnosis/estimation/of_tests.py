@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import models_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Model
 from shakerproc.models.coordinates import resolved
@@ -112,19 +113,19 @@ def _driven(data: DataSet, of_tests: FloatArray) -> tuple[Input, ...]:
 
 
 def models_with(data: DataSet, model: Model, of_tests: FloatArray) -> tuple[Model, ...]:
-    """Return the model in each test; one for all where they do not differ.
+    """Return the model in each test; one object for those that do not differ.
 
     Raises
     ------
     ModelError
         If the model cannot be assembled.
     """
-    drift = drift_of(data, of_tests)
+    drift, models = drift_of(data, of_tests), models_of(model, data.tests)
     if not np.any(drift):
-        return (model,)
+        return models
     return tuple(
-        _drifted(model, test.start / test.sample_rate, test.stop / test.sample_rate, *own)
-        for test, own in zip(data.tests, drift.T, strict=True)
+        _drifted(under, test.start / test.sample_rate, test.stop / test.sample_rate, *own)
+        for under, test, own in zip(models, data.tests, drift.T, strict=True)
     )
 
 

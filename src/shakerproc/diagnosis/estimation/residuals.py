@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import members_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.of_tests import (
     as_free,
@@ -141,15 +142,10 @@ def shown(
 def _free_runs(
     models: Sequence[Model], runs: Runs, *, means: bool, plain: bool, tolerance: float
 ) -> FreeRuns:
-    """Return free runs of one model, or of each test with the model that it has then."""
-    if len(models) == 1:
-        return free_runs(models[0], runs, tolerance=tolerance, means=means, plain=plain)
+    """Return free runs of each test with the model that it has."""
     failed = np.zeros(len(runs.windows), np.bool_)
     outputs: list[FloatArray] = [np.zeros((0, 0))] * failed.size
-    for test, model in enumerate(models):
-        members = np.flatnonzero(runs.windows[:, 0] == test)
-        if not members.size:
-            continue
+    for model, members in members_of(models, runs.windows):
         starts = None if runs.starts is None else runs.starts[members]
         own = replace(runs, windows=runs.windows[members], starts=starts)
         found = free_runs(model, own, tolerance=tolerance, means=means, plain=plain)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import members_of, models_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.hypotheses.joints import Joint, joints_of
 from shakerproc.models import Element, Model
@@ -54,6 +55,17 @@ def resting_places(
     table : (n_windows, 3) array of int
         Test, first sample, and number of samples.
     """
+    found = [np.zeros((0, 0))] * len(table)
+    for own, members in members_of(models_of(model, data.tests), table):
+        for i, places in zip(members, _of_one_model(data, own, table[members]), strict=True):
+            found[i] = places
+    return tuple(found)
+
+
+def _of_one_model(
+    data: DataSet, model: Model, table: NDArray[np.int64]
+) -> tuple[FloatArray, ...]:
+    """Return the places of windows of tests in which the model is the same."""
     joints = _shifting(data, model)
     if not joints:
         return (np.zeros((1, model.n_coordinates)),) * len(table)

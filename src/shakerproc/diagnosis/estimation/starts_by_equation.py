@@ -15,6 +15,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.diagnosis.data import members_of, models_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.resting_places import apart
 from shakerproc.models import Model
@@ -120,9 +121,20 @@ def by_equation(
     sensors, laws = _accelerometers(model), _laws(model)
     if sensors is None or laws is None:
         return None
+    told = starts.copy()
+    for own, members in members_of(models_of(model, data.tests), table):
+        record = _record(data, own, table[members], sensors)
+        told[members] = _balanced(data, own, record, starts[members])
+    return told
+
+
+def _balanced(data: DataSet, model: Model, record: _Record, starts: FloatArray) -> FloatArray:
+    """Return the starts of windows of tests in which the model is the same."""
+    laws = _laws(model)
+    if laws is None:
+        return starts
     n, half = len(model.masses), starts.shape[1] // 2
     columns = np.r_[:n, half : half + n]  # what else moves, further modes, stays as it is
-    record = _record(data, model, table, sensors)
     sizes = data.motion_sizes
     with np.errstate(all="ignore"):
         begun = _scanned(record, laws, starts[:, columns], sizes)

@@ -102,7 +102,8 @@ class Addition:
         ValueError
             If the effect cannot take them.
         """
-        return Element(self.effect.of_numbers(self.parameters(x)), self.between)
+        effect = self.effect.of_numbers(self.parameters(x))
+        return Element(effect, self.between, self.identification.scaled_by)
 
 
 def addition(

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final, TypeAlias
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
-from shakerproc.models import BASE, Model
+from shakerproc.models import BASE, Model, Scale
 from shakerproc.models.coordinates import mobility
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Spring
 from shakerproc.models.effects.base import AbstractMemorylessEffect
@@ -39,11 +40,13 @@ def scales_of(
     inverse = mobility(model, joint)
     mass = 1.0 / inverse if inverse else max(model.masses.values())
     displacement = max(_peak(motion.displacement) for motion in motions)
+    velocity = max(_peak(motion.velocity) for motion in motions)
     stiffness = max(sum(springs), 0.0)
+    told = max(carried_force(model, tests, joint), stiffness * displacement)
     return JointScales(
         displacement=displacement,
-        velocity=max(_peak(motion.velocity) for motion in motions),
-        force=max(carried_force(model, tests, joint), stiffness * displacement, 1e-12),
+        velocity=velocity,
+        force=told or max(mass * velocity**2 / displacement, 1e-12),  # its inertia
         stiffness=stiffness,
         mass=mass,
         duration=max(test.n_samples / test.sample_rate for test in tests),
@@ -75,10 +78,19 @@ def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
     return max(found)
 
 
-def identifications(at: JointScales) -> Mapping[str, Identification]:
-    """Return the identification of each effect in a joint that moves like this, by kind."""
+def identifications(
+    at: JointScales, scaled_by: Scale | None = None
+) -> Mapping[str, Identification]:
+    """Return the identification of each effect in a joint that moves like this, by kind.
+
+    Where a condition scales them, `at` holds at that of the scale.
+    """
     known = {kind: effect.identification(at) for kind, effect in EFFECTS.items()}
-    return {kind: one for kind, one in known.items() if one is not None}
+    return {
+        kind: one if scaled_by is None else replace(one, scaled_by=scaled_by)
+        for kind, one in known.items()
+        if one is not None
+    }
 
 
 def has_limit(known: Known, richer: tuple[str, Joint], simpler: tuple[str, Joint]) -> bool:

@@ -25,6 +25,7 @@ from shakerproc.diagnosis.screening.stretches import Stretch
 from shakerproc.diagnosis.screening.transfer import Joint, LinearModel
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
+from shakerproc.models.conditions import Scale, share_of
 from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import AbstractEffect
 from shakerproc.models.laws import Law as Formula
@@ -98,6 +99,10 @@ class Equations:
         )
         spectra = scipy.fft.rfft(blocks, axis=-1)[..., self.bins]
         return self._whitened(spectra[..., None, :] * shown)
+
+    def shares(self, scale: Scale | None) -> FloatArray:
+        """Return the force of what is scaled in each test over that of its law, (n_tests,)."""
+        return np.array([share_of(scale, test.conditions) for test in self.tests])
 
     def _whitened(self, spectra: ComplexArray) -> FloatArray:
         """Return rows of spectra (..., n_blocks, n_sensors, n_frequencies)."""
@@ -225,14 +230,22 @@ _STEP: Final = 1e-3
 
 
 def columns_of(
-    equations: Equations, motions: Motions, between: Joint, effects: Sequence[AbstractEffect]
+    equations: Equations,
+    motions: Motions,
+    between: Joint,
+    effects: Sequence[AbstractEffect],
+    shares: FloatArray,
 ) -> FloatArray:
-    """Return the whitened columns of effects in one joint; zeros where a force fails."""
+    """Return the whitened columns of effects in one joint; zeros where a force fails.
+
+    `shares`, (n_tests,), multiply the forces in each test [-].
+    """
     absolute = effects[0].absolute
     motion = motions.across(between, absolute=absolute)
     rates = [test.sample_rate for test in equations.tests]
     forces = [
-        np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
+        shares[s.test]
+        * np.array([force_along(e, motion[s.test], s, rates[s.test]) for e in effects])
         for s in equations.stretches
     ]
     for force in forces:
@@ -245,7 +258,8 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     """Return columns of the model's own nonlinear elements, and of each of their numbers.
 
     What the linear model leaves holds their forces; what is to be added explains the rest.
-    Their sizes and numbers remain free, to first order.
+    Their sizes and numbers remain free, to first order. So it does that of a linear element
+    that a condition scales, as far as it is another one in a test than in the linear model.
 
     Returns
     -------
@@ -254,10 +268,15 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     """
     found = [equations.nuisances[:0]]
     for element in resolved(model):
+        shares = equations.shares(element.scaled_by)
+        effects = [element.effect]
         if all(row.law is Formula.LINEAR for row in element.effect.rows()):
-            continue
-        effects = [element.effect, *_nearby(element.effect)]
-        columns = columns_of(equations, motions, element.between, effects)
+            shares -= 1.0
+            if not np.ptp(shares):  # as a spring and a damper of the joint are free, too
+                continue
+        else:
+            effects += _nearby(element.effect)
+        columns = columns_of(equations, motions, element.between, effects, shares)
         found += [columns[:1], (columns[1:] - columns[0]) / _STEP]
     return np.concatenate(found)
 

@@ -7,11 +7,12 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion
+from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.diagnosis.screening.stretches import Stretch
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.errors import ModelError
 from shakerproc.models import Element, Model
+from shakerproc.models.conditions import share_of
 from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import EFFECTS, AbstractEffect
 from shakerproc.models.effects.base import AbstractMemorylessEffect
@@ -107,12 +108,13 @@ class Law:
         }
         return {**self.values, **changed}
 
-    def force(self, motion: JointMotion, stretch: Stretch, sample_rate: float) -> FloatArray:
-        """Return its force along a stretch of a test [N].
+    def force(self, motion: JointMotion, stretch: Stretch, test: Test) -> FloatArray:
+        """Return its force along a stretch of a test, under the conditions of the test [N].
 
         A law with memory begins a block before; one that knows the time, with the test.
         """
-        return force_along(self.effect, motion, stretch, sample_rate)
+        force = force_along(self.effect, motion, stretch, test.sample_rate)
+        return share_of(self.identification.scaled_by, test.conditions) * force
 
 
 def force_along(
@@ -158,7 +160,7 @@ def law_at(
     model: Model, joint: Joint, kind: str, identification: Identification, values: Values
 ) -> Law | None:
     """Return an effect in a joint, or None where the model cannot have it."""
-    effect = _effect(model, joint, kind, identification.numbers(values))
+    effect = _effect(model, joint, kind, identification, values)
     return None if effect is None else Law(kind, joint, identification, values, effect)
 
 
@@ -167,10 +169,13 @@ def with_values(model: Model, law: Law, values: Values) -> Law | None:
     return law_at(model, law.between, law.kind, law.identification, values)
 
 
-def _effect(model: Model, joint: Joint, kind: str, numbers: Values) -> AbstractEffect | None:
+def _effect(
+    model: Model, joint: Joint, kind: str, identification: Identification, values: Values
+) -> AbstractEffect | None:
     """Return an effect in its place, or None where it cannot stand there."""
     try:
-        element = Element(EFFECTS[kind].of_numbers(numbers), joint)
+        effect = EFFECTS[kind].of_numbers(identification.numbers(values))
+        element = Element(effect, joint, identification.scaled_by)
         return resolved(replace(model, elements=(*model.elements, element)))[-1].effect
     except (ValueError, ModelError):
         return None

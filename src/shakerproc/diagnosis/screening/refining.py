@@ -73,8 +73,7 @@ def completed_by(screening: Screening, law: Law, first: Motions, share: float) -
     gains = screening.gains([law])
     rate = equations.tests[0].sample_rate
     lacking = [
-        _lacking(screening, law, gains, _longer(stretch), rate)
-        for stretch in equations.stretches
+        _lacking(screening, law, gains, _longer(stretch)) for stretch in equations.stretches
     ]
     motions = completed(equations.linear, screening.motions, first, lacking, rate, share=share)
     return screening.with_motions(motions)
@@ -87,16 +86,15 @@ def _longer(stretch: Stretch) -> Stretch:
     return replace(stretch, start=stretch.start - stretch.block, n_blocks=stretch.n_blocks + 1)
 
 
-def _lacking(
-    screening: Screening, law: Law, gains: Gains, stretch: Stretch, rate: float
-) -> Lacking:
+def _lacking(screening: Screening, law: Law, gains: Gains, stretch: Stretch) -> Lacking:
     """Return the force on the masses along a stretch that is not in the model."""
     linear, part = screening.equations.linear, slice(stretch.start, stretch.stop)
     absolute = law.effect.absolute
     direction = linear.direction(law.between, second_only=absolute)
     motion = screening.motions.across(law.between, absolute=absolute)[stretch.test]
     amplitude = float(gains.amplitude[0])
-    own = law.force(motion, stretch, rate)
+    test = screening.equations.tests[stretch.test]
+    own = law.force(motion, stretch, test)
     total = -amplitude * np.outer(direction, own)
     for joint, k, c in zip(screening.joints, *screening.changes(gains.common[0]), strict=True):
         across = screening.motions.across(joint)[stretch.test]
@@ -106,7 +104,7 @@ def _lacking(
     if absolute or shift == 0.0:
         return Lacking(stretch, total, direction, 0.0)
     shifted = JointMotion(motion.displacement + shift, motion.velocity)
-    rise = stretch.folded(law.force(shifted, stretch, rate) - own).mean(axis=-1) / shift
+    rise = stretch.folded(law.force(shifted, stretch, test) - own).mean(axis=-1) / shift
     return Lacking(stretch, total, direction, max(0.0, amplitude * float(np.max(rise))))
 
 

@@ -54,9 +54,13 @@ class Screening:
     beside: FloatArray
 
     def columns(self, laws: Sequence[Law]) -> FloatArray:
-        """Return the whitened columns of laws of one joint; zeros where a force fails."""
-        effects = [law.effect for law in laws]
-        return columns_of(self.equations, self.motions, laws[0].between, effects)
+        """Return the whitened columns of laws of one joint; zeros where a force fails.
+
+        One condition scales all of them, or none does.
+        """
+        first, effects = laws[0], [law.effect for law in laws]
+        shares = self.equations.shares(first.identification.scaled_by)
+        return columns_of(self.equations, self.motions, first.between, effects, shares)
 
     def gains(self, laws: Sequence[Law]) -> Gains:
         """Return the explained part of the forces of laws of one joint."""

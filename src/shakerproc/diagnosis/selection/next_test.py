@@ -250,7 +250,7 @@ def _spectrum(
     rate = test.sample_rate
     given = prepare(samples, rate)
     found = free_runs(
-        alternative.model,
+        alternative.model.under(test.conditions),
         Runs((given,), np.array([(0, 0, given.n_samples)])),
         tolerance=TOLERANCE,
     )

@@ -193,7 +193,7 @@ def _candidates(found: Found, chosen: Score, standing: Sequence[Score]) -> tuple
 def _effects(fit: Fit) -> list[Finding]:
     """Return the effects of a fit with their intervals."""
     return [
-        Finding(one.kind, one.between, estimates(fit, i))
+        Finding(one.kind, one.between, estimates(fit, i), one.identification.scaled_by)
         for i, one in enumerate(fit.hypothesis.added)
     ]
 

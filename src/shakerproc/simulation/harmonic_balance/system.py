@@ -17,6 +17,7 @@ from shakerproc.errors import ModelError
 from shakerproc.models import AbstractMemorylessEffect, Element, Model
 from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
 from shakerproc.models.laws import Law, Row
+from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.laws import (
     AbstractLaw,
@@ -240,6 +241,7 @@ def system_of_model(model: Model, level: float) -> PeriodicSystem:
     ModelError
         If the model has no periodic motion, as its properties change with time.
     """
+    check_unscaled(model, "a periodic motion")
     elements = resolved(model)
     linear = coordinates_of(model, elements)
     placed = [(linear.across(element.between), element) for element in elements]
