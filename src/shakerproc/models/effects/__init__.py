@@ -30,7 +30,7 @@ from shakerproc.models.effects.stiffness_drift import StiffnessDrift
 from shakerproc.models.effects.stop import Stop
 from shakerproc.models.effects.stribeck_friction import StribeckFriction
 from shakerproc.models.effects.table import Table
-from shakerproc.models.registry import EffectRegistry
+from shakerproc.models.own_effects import EffectRegistry
 
 EFFECTS: EffectRegistry = EffectRegistry({
     Spring.kind: Spring,
