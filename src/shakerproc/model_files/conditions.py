@@ -7,8 +7,7 @@ from typing import Any, Final, TypeVar, final
 from pydantic import BaseModel
 
 from shakerproc.documents import Document
-from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.scaling import times
+from shakerproc.models.effects.base import AbstractEffect, times
 from shakerproc.units import any_quantity, near_miss, quoted, to_si
 
 KEY: Final = "scaled_by"
