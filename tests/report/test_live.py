@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from shakerproc.report.evidence.errors import CandidateError, ladder
+from shakerproc.report.evidence.numbers import CandidateError, ladder
 from shakerproc.report.figures import live, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Plot
 from shakerproc.report.figures.heat_map import WHITE_FROM, shade

@@ -23,7 +23,7 @@ from typing import Any, Final, final
 
 from shakerproc import checks
 from shakerproc.errors import ShakerprocError
-from shakerproc.executors.base import (
+from shakerproc.executors import (
     AbstractExecutor,
     Cause,
     Task,

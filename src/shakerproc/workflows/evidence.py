@@ -88,8 +88,8 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
         return ()
     from shakerproc import files
     from shakerproc.report.evidence.functions import mode_sections
+    from shakerproc.report.evidence.numbers import tables
     from shakerproc.report.evidence.sections import sections
-    from shakerproc.report.evidence.tables import tables
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
