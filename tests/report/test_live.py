@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 
 from shakerproc.report.evidence.numbers import CandidateError, ladder
 from shakerproc.report.figures import live, to_svg
+from shakerproc.report.figures.axes import WHITE_FROM, shade
 from shakerproc.report.figures.figure import Axis, Curve, Plot
-from shakerproc.report.figures.heat_map import WHITE_FROM, shade
 from shakerproc.report.figures.style import SHADES
 
 LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"

@@ -1,8 +1,8 @@
 """YAML model files in and out, comments and order kept."""
 
-from shakerproc.model_files.conditions import Conditions
 from shakerproc.model_files.editing import NewNumbers, add_element, change_parameters
 from shakerproc.model_files.effect_files import (
+    Conditions,
     EffectSource,
     effect_hashes,
     load_effects,

@@ -1,21 +1,28 @@
-"""Effects of the user's own, from a Python file that is named on the command line.
+"""Effects that a model does not fix: the user's own, and those that a condition scales.
 
-The file is run, so it is never taken from a test log or a model. What is loaded travels with
-every effect that is pickled: a worker runs the same text before it makes the effect.
+A Python file of effects is named on the command line. It is run, so it is never taken from a
+test log or a model. What is loaded travels with every effect that is pickled: a worker runs the
+same text before it makes the effect. A condition of the test, such as the voltage of a damper,
+scales an element with ``scaled_by: {voltage: 2 V}``.
 """
 
 import copyreg
 import hashlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final, final
+from typing import Any, Final, TypeVar, final
 
+from pydantic import BaseModel
+
+from shakerproc.documents import Document
 from shakerproc.errors import ModelError
-from shakerproc.models import EFFECTS, AbstractEffect
+from shakerproc.models import EFFECTS
+from shakerproc.models.effects.base import AbstractEffect, times
 from shakerproc.models.own_effects import checked, effects_in, failing
+from shakerproc.units import any_quantity, near_miss, quoted, to_si
 
 LARGEST: Final = 2**20
 """Bytes that a file of effects may have."""
@@ -146,3 +153,113 @@ def _made(source: EffectSource, kind: str, values: Mapping[str, Any]) -> Abstrac
     """Return an effect of a file, in whatever process."""
     known = EFFECTS.own if source in _USED else source.use()
     return known[kind](**values)
+
+
+KEY: Final = "scaled_by"
+
+Schema = TypeVar("Schema", bound=BaseModel)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Conditions of a test: voltage of a damper, preload, temperature.
+
+    Attributes
+    ----------
+    values : mapping of str to str
+        Quantity with its unit, by the name of the condition.
+    of : str
+        Test that has them, for messages.
+    """
+
+    values: Mapping[str, str]
+    of: str
+
+
+def under(
+    document: Document[Schema],
+    place: Sequence[str | int],
+    effect: AbstractEffect,
+    said: Any,
+    conditions: Conditions | None,
+) -> AbstractEffect | None:
+    """Return the effect of an element as a condition scales it; None where that leaves none.
+
+    Its numbers are those at the condition that the file names; the force is proportional to it.
+
+    Parameters
+    ----------
+    document : Document
+        For errors.
+    place : sequence of str and int
+        Of the key.
+    effect : AbstractEffect
+        As it stands in the file.
+    said : mapping
+        The condition and the value at which the numbers hold.
+    conditions : Conditions, optional
+        Those of the test; None where no test says any.
+
+    Raises
+    ------
+    DocumentError
+        If the condition is not known, of another kind, or below 0, or cannot scale the effect.
+    """
+    if not isinstance(said, dict) or len(said) != 1:
+        raise document.error(
+            place, "expected one condition and its value at which the numbers hold, such as "
+            "{voltage: 2 V}"
+        )  # fmt: skip
+    ((name, written),) = said.items()
+    try:
+        reference, unit = any_quantity(written)
+    except ValueError as error:
+        raise document.error((*place, name), str(error)) from error
+    if reference <= 0.0:
+        raise document.error((*place, name), f"expected more than 0, got {quoted(written)}")
+    if conditions is None:
+        raise document.error(
+            place, f"{effect.kind} is scaled by {name}, which nothing says here; simulate and "
+            "compare take it from the conditions of the tests of a log"
+        )  # fmt: skip
+    value = _value(document, (*place, name), conditions, unit, written)
+    try:
+        return times(effect, value / reference) if value > 0.0 else None
+    except ValueError as error:
+        raise document.error(place, str(error)) from error
+
+
+def _value(
+    document: Document[Schema],
+    place: Sequence[str | int],
+    conditions: Conditions,
+    unit: str,
+    written: str,
+) -> float:
+    """Return the condition of a test, at least 0 [SI].
+
+    Raises
+    ------
+    DocumentError
+        If the test does not say it, or it is of another kind or below 0.
+    """
+    name, of = str(place[-1]), conditions.of
+    said = conditions.values.get(name)
+    if said is None:
+        meant = near_miss(name, list(conditions.values))
+        hint = f"; did you mean its {meant}?" if meant else ""
+        raise document.error(
+            place, f"{of} says no {name}{hint}; add conditions: {{{name}: {written}}} to it"
+        )
+    try:
+        value = to_si(said, unit)
+    except ValueError as error:
+        raise document.error(place, f"{name} of {of}: {error}") from error
+    if value < 0.0:
+        raise document.error(
+            place,
+            f"{name} of {of} is {said}; a condition that scales an effect is at "
+            "least 0. Where its channel has an offset, state it in the test, under conditions",
+        )
+    return value

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from shakerproc.documents import Document, read_document
 from shakerproc.errors import DocumentError, ModelError
-from shakerproc.model_files.conditions import KEY, Conditions, under
+from shakerproc.model_files.effect_files import KEY, Conditions, under
 from shakerproc.model_files.schema import (
     ModelSchema,
     ProvenanceSection,

@@ -14,6 +14,7 @@ from shakerproc.numerals import numeral
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import with_analyses
+from shakerproc.runs.analyses.tones import notched, tones_taken_out
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
 from shakerproc.runs.opening import open_test
 from shakerproc.runs.pairs import Search, against_controls, density_peaks, response_peaks
@@ -30,7 +31,6 @@ from shakerproc.runs.roles import (
     without_tachometers,
 )
 from shakerproc.runs.thinning import envelope
-from shakerproc.runs.tones import notched, tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import SpectralLine, lines_sentence

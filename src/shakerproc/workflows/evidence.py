@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.models import Model
+    from shakerproc.report.evidence.comparison import Models
     from shakerproc.report.evidence.functions import Decays
-    from shakerproc.report.evidence.models import Models
     from shakerproc.report.page.methods import Methods
     from shakerproc.report.page.sections import ReportSection
     from shakerproc.runs import RunSummary
@@ -172,7 +172,7 @@ def judged(
     """
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
-    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.evidence.comparison import Models
 
     if model.excitation.role is None:
         return None

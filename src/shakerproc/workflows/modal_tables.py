@@ -25,7 +25,7 @@ from shakerproc.modal.analysis import ModalAnalysis, TestModes, file_name, mac_o
 from shakerproc.modal.geometry import motion_of
 from shakerproc.modal.modal_model import ModeSet
 from shakerproc.modal.shapes import mac
-from shakerproc.recordings.writers.uff import (
+from shakerproc.recordings.writers import (
     FREQUENCY,
     QUANTITIES,
     RESPONSE,

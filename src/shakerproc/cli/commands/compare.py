@@ -82,7 +82,7 @@ def compare(
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.recordings.response_functions import holds_functions
-    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.evidence.comparison import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
     from shakerproc.workflows.conditions import models_of_tests

@@ -13,8 +13,7 @@ from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS, Estimate
 from shakerproc.diagnosis.headline import LEAST_SHARE
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.numerals import numeral
-from shakerproc.report.evidence.models import Models, loudest, same_joint, spread_out
-from shakerproc.report.evidence.motion import cloud
+from shakerproc.report.evidence.comparison import Models, cloud, loudest, same_joint, spread_out
 from shakerproc.report.evidence.spectra import picked
 from shakerproc.report.figures import style
 from shakerproc.report.figures.axes import UNIT, shown, ticks

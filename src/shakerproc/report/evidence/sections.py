@@ -14,7 +14,7 @@ from shakerproc.models import EFFECTS
 from shakerproc.models.motion import shown_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence import motion, spectra
-from shakerproc.report.evidence.models import Models, level_of, loudest
+from shakerproc.report.evidence.comparison import Models, level_of, loudest
 from shakerproc.report.evidence.motion import free_law, laws
 from shakerproc.report.evidence.numbers import (
     CandidateError,

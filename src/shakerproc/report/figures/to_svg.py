@@ -10,7 +10,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.report.figures import heat_map, live
+from shakerproc.report.figures import axes, live
 from shakerproc.report.figures.axes import UNIT, Box, grid
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot, Span, unwrapped
 from shakerproc.report.figures.style import COLOURS
@@ -146,7 +146,7 @@ def plot(
         ),
         *(_span(span, x_axis, box) for span in content.spans),
         grid(x_axis, y_axis, box, height, names),
-        Markup("") if content.image is None else heat_map.picture(content.image, box),
+        Markup("") if content.image is None else axes.picture(content.image, box),
         *(
             _drawn(unwrapped(_thinned(item, most), y_axis), x_axis, y_axis, box)
             for item in content.items
@@ -157,7 +157,7 @@ def plot(
     ]
     drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
     if content.image is not None:
-        return drawn + heat_map.scale(content.image)
+        return drawn + axes.scale(content.image)
     return drawn + (legend(content.items) if keys else Markup(""))
 
 

@@ -20,7 +20,7 @@ from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import PrintingError
-from shakerproc.report.figures import axes, heat_map, live, style, to_svg
+from shakerproc.report.figures import axes, live, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.methods import Methods, methods_of
 from shakerproc.report.page.sections import (
@@ -216,7 +216,7 @@ LOOK: Final = {
     "colours": style.COLOURS,
     "dashes": style.DASHES,
     "markers": to_svg.MARKERS,
-    "steps": heat_map.COLOURS,
+    "steps": axes.COLOURS,
 }
 
 
