@@ -22,7 +22,7 @@ from shakerproc.runs import (
     tones,
     usual_roles,
 )
-from shakerproc.runs.thinning import envelope
+from shakerproc.runs.panels import envelope
 from shakerproc.testlog import Processing, Test, ThresholdCrop, TimeCrop, Welch, read_testlog
 
 RANDOM = Test(

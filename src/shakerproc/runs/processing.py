@@ -18,6 +18,7 @@ from shakerproc.runs.analyses.tones import notched, tones_taken_out
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
 from shakerproc.runs.opening import open_test
 from shakerproc.runs.pairs import Search, against_controls, density_peaks, response_peaks
+from shakerproc.runs.panels import envelope
 from shakerproc.runs.result import (
     RunResult,
     lone_force,
@@ -30,7 +31,6 @@ from shakerproc.runs.roles import (
     uses_of,
     without_tachometers,
 )
-from shakerproc.runs.thinning import envelope
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import SpectralLine, lines_sentence

@@ -36,9 +36,9 @@ from shakerproc.report.evidence.functions import function_report
 from shakerproc.report.page.page import write_report
 from shakerproc.testlog import Modal, TestLog
 from shakerproc.workflows.arguments import choice_of, log_of, model_of, pairs, switch_of
-from shakerproc.workflows.conditions import Groups, alone, groups_of
 from shakerproc.workflows.evidence import check_same
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
+from shakerproc.workflows.simulation import Groups, alone, groups_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Final, Unpack, final
 from shakerproc import files, recordings
 from shakerproc.campaign import tables
 from shakerproc.campaign.jobs import SUMMARY, Products, input_of
-from shakerproc.campaign.result_folder import SINGLE, check_folder, locked, put_in_place
+from shakerproc.campaign.result_folder import (
+    SINGLE,
+    check_folder,
+    check_result_folder,
+    locked,
+    put_in_place,
+)
 from shakerproc.data import Channel, Recording
 from shakerproc.errors import ArgumentError
 from shakerproc.numerals import numeral
@@ -37,7 +43,6 @@ from shakerproc.workflows.arguments import (
     switch_of,
     text_of,
 )
-from shakerproc.workflows.folders import check_result_folder
 from shakerproc.workflows.processing_options import Options, described, sampling_of, unit_of
 from shakerproc.workflows.shown import Shown, frame, frame_of_rows, html
 from shakerproc.workflows.worker import title_of, write_products

@@ -7,7 +7,6 @@ import typer
 
 from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,7 +76,7 @@ def compare(
     Response functions that an analyser has exported are compared with those of the model's
     linear part, without a log.
     """
-    from shakerproc.cli.messages import announce
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.comparison import explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
@@ -85,8 +84,8 @@ def compare(
     from shakerproc.report.evidence.comparison import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
-    from shakerproc.workflows.conditions import models_of_tests
     from shakerproc.workflows.evidence import Evidence, inputs_of
+    from shakerproc.workflows.simulation import models_of_tests
 
     folder = Path(f"{model.stem}_compare") if out is None else out
     if holds_functions(log):
@@ -95,8 +94,8 @@ def compare(
     if at:
         raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
-    announce()
-    folders.check_result_folder(folder, "compare")
+    messages.announce()
+    check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     of_tests, model_hash = read_hashed(
         lambda path: models_of_tests(path, campaign.recorded(), output.message), model
@@ -147,6 +146,7 @@ def _functions(
     pdf: bool,
 ) -> None:
     """Compare the linear part of a model with response functions of a file."""
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
@@ -154,7 +154,7 @@ def _functions(
 
     if not alone:
         raise typer.BadParameter("--fit and --before are for test logs")
-    folders.check_result_folder(folder, "compare")
+    check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
     compared = compare_file(model, given[1], at or [])
     found = compared.found
@@ -194,8 +194,8 @@ def _decays(
     """Compare a model that nothing drives with free decays."""
     from shakerproc import files
     from shakerproc.workflows.comparison import compare_free_decays
-    from shakerproc.workflows.conditions import alone
     from shakerproc.workflows.evidence import inputs_of
+    from shakerproc.workflows.simulation import alone
 
     of_tests, older, campaign = asked
     model = alone(of_tests, "free decays")

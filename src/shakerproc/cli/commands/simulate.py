@@ -98,8 +98,7 @@ def simulate(
     from shakerproc.planning.rehearsal import USUAL_NOISE
     from shakerproc.recordings import read_hashed
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.conditions import models_of_tests
-    from shakerproc.workflows.simulation import rehearse_campaign
+    from shakerproc.workflows.simulation import models_of_tests, rehearse_campaign
 
     is_log = excitation.suffix.lower() in {".yaml", ".yml"}
     if is_log:

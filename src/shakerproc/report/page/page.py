@@ -20,7 +20,7 @@ from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import PrintingError
-from shakerproc.report.figures import axes, live, style, to_svg
+from shakerproc.report.figures import axes, figure, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.methods import Methods, methods_of
 from shakerproc.report.page.sections import (
@@ -45,7 +45,7 @@ from shakerproc.report.runs.view import (
     run_view,
 )
 from shakerproc.report.trends import page_figures
-from shakerproc.runs.analysis import PanelScale
+from shakerproc.runs.panels import PanelScale
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,
@@ -233,7 +233,7 @@ def html(report: Report) -> str:
     script = _script(templates)
     content = {
         "page": _page(report),
-        "look": live.quoted(json.dumps(LOOK)),
+        "look": figure.quoted(json.dumps(LOOK)),
         "style": css,
         "script": script,
         "style_hash": _source_hash(css),

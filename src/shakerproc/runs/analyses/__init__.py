@@ -12,8 +12,8 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.late import loaded
 from shakerproc.numerals import numeral
-from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.pairs import missing_functions
+from shakerproc.runs.panels import Analysis
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.response_spectra import HIGHEST, logarithmic_frequencies
 

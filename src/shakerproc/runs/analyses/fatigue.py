@@ -11,7 +11,7 @@ from shakerproc.runs.analyses import (
     natural_frequencies,
     offset_free,
 )
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.response_spectra import FatigueSpectra, fatigue_spectra
 

@@ -9,7 +9,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import AbstractAnalysis, accelerations
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.integration import integrated, straight_baseline
 

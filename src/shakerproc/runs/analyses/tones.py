@@ -12,9 +12,9 @@ from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.averaging import averaged, welch
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE
+from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.runs.result import (
     NotchResult,
     RunResult,
