@@ -1,4 +1,4 @@
-"""A figure as data, which `to_svg` and `to_png` draw; its numbers for the script of the page."""
+"""A figure as data, which `to_svg` and `to_png` draw; its numbers for the script of a page."""
 
 import json
 import math
