@@ -301,7 +301,12 @@ def _page(report: Report) -> _Page:
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
         verdict=units.text(
-            " ".join(filter(None, (opening, report.verdict or _trend_text(report)))),
+            " ".join(
+                filter(
+                    None,
+                    (opening, report.verdict or trend_sentence(report.runs, report.channel)),
+                )
+            ),
             [report.channel],
         ),
         counts=view.counts(report.runs),
@@ -331,10 +336,6 @@ def _page(report: Report) -> _Page:
 def _not_drawn(report: Report) -> str:
     titles = "; ".join(title.rstrip(".") for title in report.without_points)
     return f"Not drawn, as no two values have a run: {titles}." if titles else ""
-
-
-def _trend_text(report: Report) -> str:
-    return trend_sentence(report.runs, report.channel)
 
 
 def _provenance(report: Report, methods: Methods) -> list[str]:
