@@ -66,7 +66,7 @@ class _PartCompiler(CompilerBase):
     """Numba's compiler, for parts."""
 
     def define_pipelines(self) -> list[object]:
-        """Return numba's own steps as far as parts need them; they fill the library they find."""
+        """Return the steps of numba that parts need; they fill the library that they find."""
         state = self.state
         library: Any = _Part
         state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
