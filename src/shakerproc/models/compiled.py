@@ -69,8 +69,9 @@ class _PartCompiler(CompilerBase):
         """Return the steps of numba that parts need; they fill the library that they find."""
         state = self.state
         library: Any = _Part
+        manager: Any = PassManager
         state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
-        steps: Any = PassManager("part")
+        steps = manager("part")
         for step in _PASSES:
             steps.add_pass(step, step.__name__)
         steps.finalize()
