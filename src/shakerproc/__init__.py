@@ -48,7 +48,7 @@ __all__ = [
 ]
 
 API: Final = MappingProxyType({
-    "open_recording": "recording",
+    "open_recording": "run",
     "read_log": "arguments",
     "read_model": "arguments",
     "process": "run",
