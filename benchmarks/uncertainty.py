@@ -16,7 +16,7 @@ import scipy
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, FloatArray, recording_of_arrays
 from shakerproc.runs import process_recording
-from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.excitation import Excitation
 from shakerproc.testlog.processing import TimeCrop, Welch

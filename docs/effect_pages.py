@@ -27,7 +27,6 @@ CACHE = ROOT / "build" / "effect_pictures"
 DRAWN_FROM = (
     "models/effects",
     "models/faults.py",
-    "models/examples.py",
     "report/models/effects.py",
 )
 
@@ -229,8 +228,8 @@ def snippet(name: str) -> str:
     """Return how a model file names the kind: a line of its elements, or of its sensors."""
     from shakerproc.model_files.writing import element_text, model_text
     from shakerproc.models import FAULTS, Element, Excitation, Model, Sensor
-    from shakerproc.models.effects import Spring
-    from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
+    from shakerproc.models.effects import EXAMPLES, Spring
+    from shakerproc.models.faults import FAULT_EXAMPLES
 
     between = ("base", "coupon")
     if name not in FAULTS:

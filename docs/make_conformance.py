@@ -17,10 +17,10 @@ import scipy
 
 from shakerproc import spectra
 from shakerproc.runs import levels
+from shakerproc.runs.analyses.tones import frequency_tolerance
 from shakerproc.runs.budget import Budget, normal, rectangular
 from shakerproc.runs.levels import Level
 from shakerproc.runs.pairs import NAMES
-from shakerproc.runs.tones import frequency_tolerance
 from shakerproc.spectra.kernels import rainflow
 from shakerproc.spectra.octaves import octave_bands, octave_filter
 from shakerproc.spectra.profiles import profile_rms

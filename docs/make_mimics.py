@@ -18,8 +18,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from shakerproc.data import FloatArray
+from shakerproc.models.effects import EXAMPLES
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.examples import EXAMPLES
 
 FILE = Path(__file__).with_name("effect_mimics.json")
 LEFT_OUT = {

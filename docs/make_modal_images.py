@@ -11,7 +11,7 @@ import shakerproc
 from shakerproc.geometry import Wireframe
 from shakerproc.geometry.data_sets import geometry, header
 from shakerproc.modal.from_measurements import analyse_log
-from shakerproc.recordings.writers.uff import (
+from shakerproc.recordings.writers import (
     FREQUENCY,
     End,
     RecordAxis,

@@ -5,7 +5,8 @@ import pickle
 
 import pytest
 
-from shakerproc.executors import AbstractExecutor, TaskOutcome, child
+from shakerproc.executors import AbstractExecutor, TaskOutcome
+from shakerproc.executors.processes import _attempt
 from shakerproc.workflows.arguments import Machines
 
 BY_PROCESSES = Machines.executor
@@ -21,7 +22,7 @@ class WithinExecutor(AbstractExecutor):
         if tasks and self.prepare is not None:
             self.prepare()
         for task in tasks:
-            report = child._attempt(work, pickle.dumps(task.argument))
+            report = _attempt(work, pickle.dumps(task.argument))
             yield TaskOutcome(task.name, **json.loads(report))
 
 

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from shakerproc.workflows.effect_list import effects
     from shakerproc.workflows.forecast import forecast
     from shakerproc.workflows.modes import modes
-    from shakerproc.workflows.recording import open_recording
-    from shakerproc.workflows.run import process
+    from shakerproc.workflows.run import open_recording, process
     from shakerproc.workflows.simulation import simulate
     from shakerproc.workflows.updated_model import add
 
@@ -49,7 +48,7 @@ __all__ = [
 ]
 
 API: Final = MappingProxyType({
-    "open_recording": "recording",
+    "open_recording": "run",
     "read_log": "arguments",
     "read_model": "arguments",
     "process": "run",

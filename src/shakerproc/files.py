@@ -18,6 +18,8 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, Final
 
+from shakerproc.errors import OutputError
+
 TEMPORARY_PREFIX: Final = ".shakerproc-"
 """How the name of a file begins while it is being written."""
 
@@ -28,6 +30,24 @@ _FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
 
 
 _NOTED: Final[ContextVar[list[Path] | None]] = ContextVar("noted", default=None)
+
+
+def checked_folder(folder: Path | None) -> Path | None:
+    """Return a folder for results, looked at before the long work; it need not be there yet.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made, or nothing can be written there.
+    """
+    if folder is None:
+        return None
+    there = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise OutputError(f"{folder}: {there} is no folder. Choose another folder for results.")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise OutputError(f"{folder}: {there} may not be written. Choose another folder.")
+    return folder
 
 
 @contextmanager

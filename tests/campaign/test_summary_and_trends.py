@@ -20,9 +20,9 @@ from shakerproc.runs import (
     summary_of,
     write_summary,
 )
+from shakerproc.runs.panels import thinned
 from shakerproc.runs.summary import ChannelSummary, PeakSummary, RunSummary, SpectrumSummary
 from shakerproc.runs.tables import spectra_columns
-from shakerproc.runs.thinning import thinned
 from shakerproc.testlog import facts_of, read_testlog
 
 SPECTRUM = SpectrumSummary(

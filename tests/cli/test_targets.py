@@ -14,9 +14,9 @@ from tests.in_process import run
 from tests.small_campaign import write_campaign, write_recording
 
 from shakerproc import files
+from shakerproc.campaign.result_folder import check_result_folder
 from shakerproc.cli import output
 from shakerproc.errors import ShakerprocError
-from shakerproc.workflows import folders
 
 EFFECT = ("effects", "gap", "--json")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX pipes and devices")
@@ -231,7 +231,7 @@ def test_results_of_a_command_replace_those_of_its_earlier_run_and_nothing_else(
     assert (out / "errors.csv").read_text(encoding="utf-8") == "new"
     for command in ("diagnose", "batch", "process"):
         with pytest.raises(ShakerprocError, match="holds the results of `shakerproc compare`"):
-            folders.check_result_folder(out, command)
+            check_result_folder(out, command)
 
 
 @pytest.mark.slow

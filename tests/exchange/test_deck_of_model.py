@@ -11,7 +11,7 @@ from shakerproc.cli import build_app
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import ModelError
 from shakerproc.exchange.nastran_decks import cards_of, forces_of_deck, transient_deck
-from shakerproc.model_files.deck_of_model import check_places, deck_of_model
+from shakerproc.model_files.exchanged import check_places, deck_of_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.effects.bouc_wen import BoucWen

@@ -8,11 +8,15 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from shakerproc.finite_elements.annular_meshes import shell_modes, solid_frequencies
+from shakerproc.finite_elements.annular_meshes import (
+    MODELS,
+    named_modes,
+    shell_modes,
+    solid_frequencies,
+)
 from shakerproc.finite_elements.annular_plate import mindlin_modes
 from shakerproc.finite_elements.coupon import Coupon, Hole, Material, disc_of_inertia
 from shakerproc.finite_elements.hole_stiffness import loaded_holes, mesh_convergence
-from shakerproc.finite_elements.mode_table import MODELS, named_modes
 
 POM_C = Material("POM C", 2.8e9, 0.44, 1410.0)
 THIN = Coupon(POM_C, 50e-3, 8.0e-3, 2.6e-3, Hole(9.8e-3, 9.8e-3))

@@ -6,7 +6,7 @@ import scipy.stats
 from numpy.testing import assert_allclose
 
 from shakerproc.forecasts.ensemble import Ensemble
-from shakerproc.forecasts.limits import level_of
+from shakerproc.forecasts.levels import level_of
 from shakerproc.forecasts.model_error import LevelError, error_of, freed
 from shakerproc.forecasts.quantities import Quantity, spread_of
 

@@ -14,7 +14,7 @@ from tests.in_process import run
 
 from shakerproc.errors import ModelError
 from shakerproc.model_files import EffectSource, effect_files, load_effects, used_effects
-from shakerproc.models import BASE, EFFECTS, Element, Excitation, Model, registry
+from shakerproc.models import BASE, EFFECTS, Element, Excitation, Model, own_effects
 from shakerproc.models.effects import ContactDamping, Damper, Gap, Spring
 from shakerproc.models.tabulated import AbstractSampledEffect, tables_of
 from shakerproc.simulation import simulate
@@ -149,15 +149,15 @@ def test_no_text_or_no_file_is_refused(tmp_path):
 def test_packages_bring_effects_by_entry_point(monkeypatch, tmp_path):
     (tmp_path / "brought_effects.py").write_text(TEXT, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    entry = EntryPoint("detent", "brought_effects:Detent", registry.GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda *, group: [entry] * (group != ""))
-    known = registry.EffectRegistry({"gap": Gap})
+    entry = EntryPoint("detent", "brought_effects:Detent", own_effects.GROUP)
+    monkeypatch.setattr(own_effects, "entry_points", lambda *, group: [entry] * (group != ""))
+    known = own_effects.EffectRegistry({"gap": Gap})
     assert list(known) == ["gap", "detent"]
     assert known["detent"].formula.startswith("F = Fd")
-    broken = EntryPoint("broken", "brought_effects:Nothing", registry.GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda *, group: [broken] * (group != ""))
+    broken = EntryPoint("broken", "brought_effects:Nothing", own_effects.GROUP)
+    monkeypatch.setattr(own_effects, "entry_points", lambda *, group: [broken] * (group != ""))
     with pytest.raises(ModelError, match=r"entry point broken .*AttributeError"):
-        list(registry.EffectRegistry({"gap": Gap}))
+        list(own_effects.EffectRegistry({"gap": Gap}))
 
 
 MODEL = """\

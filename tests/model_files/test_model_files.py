@@ -22,9 +22,8 @@ from shakerproc.model_files import (
     write_model,
 )
 from shakerproc.model_files.writing import mode_text, number, within
-from shakerproc.models.effects import EFFECTS, Damper, Gap, Spring, Stop
-from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
-from shakerproc.models.faults import Clipping, SensorDelay
+from shakerproc.models.effects import EFFECTS, EXAMPLES, Damper, Gap, Spring, Stop
+from shakerproc.models.faults import FAULT_EXAMPLES, Clipping, SensorDelay
 from shakerproc.models.model import Element, Excitation, Model, Sensor
 from shakerproc.models.structure import Mode
 from shakerproc.units import to_si

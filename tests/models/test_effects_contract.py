@@ -10,10 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from shakerproc.models import effects, faults
-from shakerproc.models.effects import EFFECTS
+from shakerproc.models.effects import EFFECTS, EXAMPLES
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
-from shakerproc.models.examples import EXAMPLES, FAULT_EXAMPLES
-from shakerproc.models.faults import FAULTS, AbstractFault
+from shakerproc.models.faults import FAULT_EXAMPLES, FAULTS, AbstractFault
 from shakerproc.models.laws import Law
 from shakerproc.units import to_si
 

@@ -13,8 +13,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import cumulative_simpson
 
 from shakerproc.models import BASE, Element, Excitation, Model
-from shakerproc.models.effects import EFFECTS, Damper, QuadraticStiffness, Spring
-from shakerproc.models.examples import EXAMPLES
+from shakerproc.models.effects import EFFECTS, EXAMPLES, Damper, QuadraticStiffness, Spring
 from shakerproc.models.identification import JointScales
 from shakerproc.simulation import simulate
 

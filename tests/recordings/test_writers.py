@@ -135,9 +135,9 @@ def test_mat_is_a_matrix_with_names(tmp_path):
 
 
 def test_mat_that_is_too_long_is_refused(tmp_path, monkeypatch):
-    from shakerproc.recordings.writers import by_libraries
+    from shakerproc.recordings import writers
 
-    monkeypatch.setattr(by_libraries, "LARGEST", 100)
+    monkeypatch.setattr(writers, "LARGEST", 100)
     with pytest.raises(RecordingError, match=r"more than a \.mat file can hold"):
         write_mat(tmp_path / "out.mat", example(100))
     assert not list(tmp_path.iterdir())

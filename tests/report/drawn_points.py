@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from shakerproc.report.figures import live
+from shakerproc.report.figures import figure
 from shakerproc.report.figures.figure import Filling
 
 HOOK = """(async () => {
@@ -47,7 +47,7 @@ HOOK = """(async () => {
 @contextmanager
 def noted_plots():
     """Yield the plots that are written into pages in the block, by what stands in the page."""
-    plots, payload = {}, live.payload
+    plots, payload = {}, figure.payload
 
     def noting(plot):
         written = payload(plot)
@@ -56,7 +56,7 @@ def noted_plots():
         return written
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(live, "payload", noting)
+        patch.setattr(figure, "payload", noting)
         yield plots
 
 

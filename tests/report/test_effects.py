@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from tests.in_process import run
 
 from shakerproc.models import EFFECTS, FAULTS
-from shakerproc.models.examples import EXAMPLES
+from shakerproc.models.effects import EXAMPLES
 from shakerproc.report.figures import style
 from shakerproc.report.models.effects import FREQUENCY, cycle_of, picture
 

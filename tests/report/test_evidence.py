@@ -21,12 +21,11 @@ from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
 from shakerproc.recordings import sha256
 from shakerproc.report.evidence import motion
-from shakerproc.report.evidence.errors import interval
-from shakerproc.report.evidence.models import Models, loudest, unit_of_sensor
+from shakerproc.report.evidence.comparison import Models, loudest, unit_of_sensor
 from shakerproc.report.evidence.motion import cloud
+from shakerproc.report.evidence.numbers import interval, tables
 from shakerproc.report.evidence.sections import ONE_METHOD, sections
 from shakerproc.report.evidence.spectra import lowest_phase, phase_of
-from shakerproc.report.evidence.tables import tables
 from shakerproc.report.page.methods import references_of
 from shakerproc.report.page.page import Report, html
 from shakerproc.testlog import read_testlog

@@ -15,7 +15,7 @@ from shakerproc.report.runs.drawing import draw_run, run_figure
 from shakerproc.report.runs.figures import IN_FILES
 from shakerproc.report.trends import draw_trends, page_figures, trend_figure
 from shakerproc.runs import process_recording, process_test, summary_of
-from shakerproc.runs.analysis import PanelLine, PanelScale
+from shakerproc.runs.panels import PanelLine, PanelScale
 from shakerproc.runs.summarising import unbroken_phase
 from shakerproc.runs.tracking import Tracking
 from shakerproc.spectra import Sweep

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from shakerproc.report.evidence.errors import CandidateError, ladder
-from shakerproc.report.figures import live, to_svg
+from shakerproc.report.evidence.numbers import CandidateError, ladder
+from shakerproc.report.figures import figure, to_svg
+from shakerproc.report.figures.axes import WHITE_FROM, shade
 from shakerproc.report.figures.figure import Axis, Curve, Plot
-from shakerproc.report.figures.heat_map import WHITE_FROM, shade
 from shakerproc.report.figures.style import SHADES
 
 LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
@@ -43,7 +43,7 @@ def decoded(text, places, axis):
 def payload(x, y, **axis):
     curve = Curve("a", np.array(x), np.array(y), 0)
     return content(
-        live.payload(Plot([curve], Axis("x", 0.0, 1.0), Axis("y", 1e-3, 1.0, **axis)))
+        figure.payload(Plot([curve], Axis("x", 0.0, 1.0), Axis("y", 1e-3, 1.0, **axis)))
     )
 
 
@@ -86,14 +86,14 @@ def test_even_places_take_three_numbers_and_others_come_back():
 def test_two_curves_of_the_same_places_share_them():
     x = np.geomspace(1.0, 9.0, 5)
     curves = [Curve(name, x, np.arange(5.0), 0) for name in "ab"]
-    found = content(live.payload(Plot(curves, Axis("", 0.0, 9.0), Axis("", 0.0, 5.0))))
+    found = content(figure.payload(Plot(curves, Axis("", 0.0, 9.0), Axis("", 0.0, 5.0))))
     assert found["c"][1][3] == 0
 
 
 @pytest.mark.parametrize("text", ["'", '"', "'><script>alert(1)</script>", "&#39;", "</data>"])
 def test_labels_stay_inside_the_attribute(text):
     curve = Curve(text, np.arange(3.0), np.arange(3.0), 0)
-    drawn = str(live.payload(Plot([curve], Axis(text, 0.0, 1.0), Axis(text, 0.0, 1.0))))
+    drawn = str(figure.payload(Plot([curve], Axis(text, 0.0, 1.0), Axis(text, 0.0, 1.0))))
     assert re.fullmatch(r"<data value='[^'<>]*'></data>", drawn)
     assert content(drawn)["c"][0][0] == text
 
@@ -137,10 +137,10 @@ def test_a_loop_stays_a_still_figure():
     angle = np.linspace(0.0, 6.0, 50)
     loop = Curve("loop", np.sin(angle), np.cos(angle), 0)
     axis = Axis("", -1.0, 1.0)
-    assert not live.payload(Plot([loop], axis, axis))
+    assert not figure.payload(Plot([loop], axis, axis))
     assert "<svg" in to_svg.plot(Plot([loop], axis, axis), title="loop")
     falling = Curve("down", np.linspace(9.0, 1.0, 5), np.arange(5.0), 0)
-    assert live.payload(Plot([falling], axis, axis))
+    assert figure.payload(Plot([falling], axis, axis))
 
 
 @given(st.lists(st.sampled_from([0.0, 0.25, 0.5, 1.0]), min_size=1, max_size=30))
@@ -151,7 +151,7 @@ def test_points_at_one_place_are_all_handed_over(places):
         Curve("b", x[::-1], y, 1, dots=True),
     ]
     axis = Axis("", 0.0, 40.0)
-    found = content(live.payload(Plot(curves, axis, axis)))
+    found = content(figure.payload(Plot(curves, axis, axis)))
     for (*_, place, values), curve in zip(found["c"], curves, strict=True):
         at = found["c"][place][3] if isinstance(place, int) else place
         read = np.linspace(*at) if isinstance(at, list) else decoded(at, 3, found["x"])
@@ -162,6 +162,6 @@ def test_points_at_one_place_are_all_handed_over(places):
 def test_a_point_without_a_place_breaks_its_line_and_takes_no_other_away():
     curve = Curve("a", np.array([0.0, 1.0, np.nan, 3.0]), np.array([7.0, 2.0, 5.0, 4.0]), 0)
     x_axis, y_axis = Axis("", 0.1, 9.0, logarithmic=True), Axis("", 0.0, 9.0)
-    found = content(live.payload(Plot([curve], x_axis, y_axis)))
+    found = content(figure.payload(Plot([curve], x_axis, y_axis)))
     assert_allclose(decoded(found["c"][0][3], 3, found["x"]), [1.0, 1.0, 3.0], rtol=1e-4)
     assert_allclose(decoded(found["c"][0][4], 2, found["y"]), [2.0, np.nan, 4.0], atol=0.01)

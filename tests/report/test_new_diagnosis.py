@@ -12,8 +12,8 @@ from shakerproc.diagnosis.result import Errors, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report.evidence import motion as drawing
-from shakerproc.report.evidence.errors import interval
 from shakerproc.report.evidence.motion import effect_of
+from shakerproc.report.evidence.numbers import interval
 from shakerproc.report.evidence.sections import diagnosis_section, error_ladder
 from shakerproc.report.page.methods import methods_of
 

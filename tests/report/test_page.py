@@ -12,7 +12,7 @@ from shakerproc.report.page.page import Report, Watched, html, write_report
 from shakerproc.report.page.sections import ReportSection, ReportTable
 from shakerproc.report.runs.drawing import page_figures
 from shakerproc.runs import process_test, summary_of
-from shakerproc.runs.analysis import PanelScale
+from shakerproc.runs.panels import PanelScale
 from shakerproc.runs.summary import (
     AnalysisSummary,
     CurveSummary,

@@ -17,7 +17,7 @@ from tests.report.test_page import report_of
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, recording_of_arrays
 from shakerproc.errors import SpectrumError
-from shakerproc.report.figures import heat_map
+from shakerproc.report.figures import axes
 from shakerproc.report.figures.units import ShownUnits
 from shakerproc.report.page.page import Report, html, write_report
 from shakerproc.runs import process_recording, summary_of
@@ -82,8 +82,8 @@ def test_the_page_shows_the_levels_in_colours_of_viridis(run):
     steps = [[ord(letter) - ord("A") for letter in row] for row in run.surface.rows]
     assert np.array_equal(picture(page), steps)
     assert "Density of tip in dB re 1 g²/Hz" in page
-    wanted = mpl.colormaps["viridis"](np.linspace(0.0, 1.0, len(heat_map.COLOURS)))[:, :3]
-    assert_allclose([to_rgb(colour) for colour in heat_map.COLOURS], wanted, atol=0.002)
+    wanted = mpl.colormaps["viridis"](np.linspace(0.0, 1.0, len(axes.COLOURS)))[:, :3]
+    assert_allclose([to_rgb(colour) for colour in axes.COLOURS], wanted, atol=0.002)
     assert "<image" not in html(report_of([summary(None)]))
 
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from shakerproc.report.figures import axes, style, to_svg
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot
-from shakerproc.runs.thinning import OFF, straightened
+from shakerproc.runs.panels import OFF, straightened
 
 WIDTH, HEIGHT = 560, 230
 X = Axis("x", 0.0, 100.0)

@@ -14,7 +14,7 @@ from tests.small_campaign import CHANNELS, HEAD, RATE
 from shakerproc.data import STANDARD_GRAVITY, recording_of_arrays
 from shakerproc.recordings import write_tdms
 from shakerproc.runs import process_test
-from shakerproc.runs.control_drops import control_drops
+from shakerproc.runs.flags import control_drops
 from shakerproc.runs.tracking import SweptReading
 from shakerproc.testlog import read_testlog
 

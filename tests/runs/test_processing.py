@@ -19,10 +19,10 @@ from shakerproc.runs import (
     process_recording,
     process_test,
     tables,
-    tones,
     usual_roles,
 )
-from shakerproc.runs.thinning import envelope
+from shakerproc.runs.analyses import tones
+from shakerproc.runs.panels import envelope
 from shakerproc.testlog import Processing, Test, ThresholdCrop, TimeCrop, Welch, read_testlog
 
 RANDOM = Test(

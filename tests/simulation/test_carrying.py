@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.models.effects import (
+    EXAMPLES,
     BoucWen,
     CoulombFriction,
     CubicStiffness,
@@ -19,7 +20,6 @@ from shakerproc.models.effects import (
     LuGreFriction,
     Spring,
 )
-from shakerproc.models.examples import EXAMPLES
 from shakerproc.simulation import Runs, free_runs, prepare, simulate
 
 RATE, COUNT = 8000.0, 2400

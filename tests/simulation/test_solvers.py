@@ -10,6 +10,7 @@ from shakerproc.errors import ModelError, SimulationError
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import (
     EFFECTS,
+    EXAMPLES,
     AttachedMode,
     CoulombFriction,
     CubicStiffness,
@@ -22,7 +23,6 @@ from shakerproc.models.effects import (
     StiffnessDrift,
     StribeckFriction,
 )
-from shakerproc.models.examples import EXAMPLES
 from shakerproc.models.faults import Clipping, SensorGain
 from shakerproc.simulation import prepare, simulate
 from shakerproc.simulation.excitations import (

@@ -10,8 +10,8 @@ from tests.in_process import completed
 
 import shakerproc as sp
 from shakerproc.models import EFFECTS
-from shakerproc.models.examples import EXAMPLES
-from shakerproc.models.scaling import times
+from shakerproc.models.effects import EXAMPLES
+from shakerproc.models.effects.base import times
 from shakerproc.recordings import open_recording
 
 MODEL = """model: 1

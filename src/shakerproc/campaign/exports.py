@@ -12,7 +12,7 @@ import numpy as np
 from shakerproc import files
 from shakerproc.campaign.tables import write_parquet
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.recordings.writers.uff import (
+from shakerproc.recordings.writers import (
     COHERENCE,
     DENSITY,
     FREQUENCY,

@@ -141,6 +141,20 @@ def fields_of(manifest: Manifest) -> dict[str, Any]:
     }
 
 
+def check_result_folder(folder: Path, command: str) -> None:
+    """Pass a folder that a command may write its results into, before the long work.
+
+    Raises
+    ------
+    OutputError
+        If nothing can be written there.
+    LogError
+        If it holds the results of another command.
+    """
+    files.checked_folder(folder)
+    check_owner(folder, command)
+
+
 def check_owner(folder: Path, command: str) -> None:
     """Pass a folder of which nothing is overwritten that this command did not write.
 

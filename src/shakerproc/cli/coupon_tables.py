@@ -7,9 +7,9 @@ from shakerproc.cli import output
 from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
+    from shakerproc.finite_elements.annular_meshes import NamedMode
     from shakerproc.finite_elements.coupon import Coupon
     from shakerproc.finite_elements.hole_stiffness import Axis, LoadedHole
-    from shakerproc.finite_elements.mode_table import NamedMode
     from shakerproc.model_files.coupon_files import CouponFile, StiffnessSection
 
 SCHEMA = "shakerproc-modes/1"
@@ -166,7 +166,7 @@ def print_modes(
 def _print_table(
     title: str, described: "CouponFile", found: "tuple[NamedMode, ...]", json: str | None
 ) -> None:
-    from shakerproc.finite_elements.mode_table import MODELS
+    from shakerproc.finite_elements.annular_meshes import MODELS
 
     published, own = published_of(described), COLUMN_OF_CLAMP[described.clamp]
     rows = []

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 _SAID: Final = "compiling what this command needs, once: up to a minute"
 
-_FROM: Final = "from shakerproc.simulation import first_calls as first; "
+_FROM: Final = (
+    "import gc; gc.disable(); "  # a compiler makes millions of objects and next to no garbage
+    "from shakerproc.simulation import first_calls as first; "
+)
 
 _AHEAD: Final = (
     _FROM + "first.call_free_runs_by_series()",

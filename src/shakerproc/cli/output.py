@@ -17,7 +17,6 @@ from shakerproc.cli import tables
 from shakerproc.cli.commands import RESULTS
 from shakerproc.errors import OutputError
 from shakerproc.numerals import numeral
-from shakerproc.workflows.folders import check_result_folder, checked_folder
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -112,7 +111,7 @@ OutOption: TypeAlias = Annotated[
         metavar="FOLDER",
         file_okay=False,
         help="Folder for tables and figures.",
-        callback=checked_folder,
+        callback=files.checked_folder,
         rich_help_panel=RESULTS,
     ),
 ]
@@ -132,7 +131,7 @@ def write_json(document: object, target: str | Path | None) -> None:
 def out_folder(folder: Path | None, default: str) -> Path:
     """Return the folder for results, made if need be."""
     chosen = Path(default) if folder is None else folder
-    checked_folder(chosen)
+    files.checked_folder(chosen)
     chosen.mkdir(parents=True, exist_ok=True)
     return chosen
 
@@ -143,7 +142,7 @@ def results(folder: Path, command: str) -> Iterator[None]:
 
     Where the block is interrupted or fails, nothing of it stays.
     """
-    from shakerproc.campaign.result_folder import settle
+    from shakerproc.campaign.result_folder import check_result_folder, settle
 
     check_result_folder(folder, command)
     folder.mkdir(parents=True, exist_ok=True)

@@ -27,8 +27,8 @@ from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Mode, Model
 from shakerproc.models.effects import Table
+from shakerproc.models.effects.base import UNSCALED
 from shakerproc.models.own_effects import TYPICAL
-from shakerproc.models.scaling import UNSCALED
 from shakerproc.testlog import TestLog
 
 

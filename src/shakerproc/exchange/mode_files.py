@@ -13,7 +13,7 @@ import numpy as np
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ExchangeError
 from shakerproc.exchange.calculix import CalculixModes, read_dat, read_frd
-from shakerproc.exchange.mode_table import (
+from shakerproc.exchange.modes import (
     COMPONENTS,
     DAMPING,
     FREQUENCY,

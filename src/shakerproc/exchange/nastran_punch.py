@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.data import Channel, ComplexArray, FloatArray, Recording, recording_of_arrays
 from shakerproc.errors import ExchangeError
-from shakerproc.exchange.mode_table import COMPONENTS
+from shakerproc.exchange.modes import COMPONENTS
 from shakerproc.exchange.nastran_decks import forces_of_deck
 
 _QUANTITIES = {

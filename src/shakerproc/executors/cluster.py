@@ -15,7 +15,7 @@ from urllib.parse import ParseResult, urlparse
 
 from shakerproc import __version__
 from shakerproc.errors import ClusterError
-from shakerproc.executors.base import AbstractExecutor, Task, TaskOutcome, Work
+from shakerproc.executors import AbstractExecutor, Task, TaskOutcome, Work
 from shakerproc.executors.processes import (
     NO_MORE,
     Child,

@@ -6,8 +6,7 @@ from typing import Any, Final
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.forecasts.forecast import CampaignForecast, TestForecast
-from shakerproc.forecasts.levels import decibels, raised_level_text
-from shakerproc.forecasts.limits import JudgedLimit
+from shakerproc.forecasts.levels import JudgedLimit, decibels, raised_level_text
 from shakerproc.forecasts.model_error import LastStep
 from shakerproc.forecasts.notch_plan import NotchedTest, NotchPlan, lower_drive
 from shakerproc.forecasts.notches import C_SQUARED, PROFILE_UNITS

@@ -28,6 +28,8 @@ from shakerproc.forecasts.ensemble import (
     spreads_of,
 )
 from shakerproc.forecasts.levels import (
+    ALLOWED,
+    JudgedLimit,
     amplitude_of,
     amplitude_of_measured,
     decibels,
@@ -36,9 +38,10 @@ from shakerproc.forecasts.levels import (
     excited_band,
     grouped,
     in_order,
+    level_of,
     nearest_level,
+    quantity_of,
 )
-from shakerproc.forecasts.limits import ALLOWED, JudgedLimit, level_of, quantity_of
 from shakerproc.forecasts.model_error import (
     Error,
     LastStep,
@@ -71,7 +74,7 @@ from shakerproc.forecasts.quantities import (
 )
 from shakerproc.models import Conditions, Model
 from shakerproc.numerals import numeral
-from shakerproc.planning.acquisition import duration_of_test
+from shakerproc.planning.drive import duration_of_test
 from shakerproc.planning.rehearsal import check_drive
 from shakerproc.runs.conditions import stated
 from shakerproc.testlog import Test, TestLog

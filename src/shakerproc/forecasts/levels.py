@@ -1,18 +1,25 @@
-"""Levels of tests: how strongly each shakes, and which of them are one level."""
+"""Levels of tests, which of them are one, and the level at which a limit is exceeded."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import sqrt
-from typing import Final
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.comparison import Measured
+from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.comparison.part import AROUND
+from shakerproc.errors import LogError
+from shakerproc.forecasts.motion import What
+from shakerproc.forecasts.quantities import Quantity
+from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.drive import noise_profile
 from shakerproc.planning.planned import level_text
-from shakerproc.testlog import BROADBAND, Test
+from shakerproc.testlog import BROADBAND, Test, TestLog
 from shakerproc.testlog.excitation import LEVELS
+from shakerproc.testlog.header import Limit
 
 ONE_LEVEL_DB: Final = 1.0
 """Difference up to which tests are of one level: what controllers keep to [dB]."""
@@ -104,3 +111,185 @@ def in_order(levels: Sequence[Sequence[Measured]]) -> str:
     return ", ".join(
         group[0].test.level_text or numeral(drive_rms(group[0])) for group in levels
     )
+
+
+ALLOWED: Final = 0.05
+"""Probability up to which a limit may be exceeded: 95 % is the usual confidence [-]."""
+
+STEP_DB: Final = 3.0
+"""Distance of the levels at which the probability is looked for [dB]."""
+
+FARTHEST_DB: Final = 12.0
+"""Distance from the demanded level up to which it is looked for [dB]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class JudgedLimit:
+    """A limit, and the probability that a planned test exceeds it.
+
+    Attributes
+    ----------
+    limit : Limit
+        As the log has it.
+    quantity : Quantity
+        What it limits.
+    probability : float
+        That the test exceeds it [-].
+    level_db : float, optional
+        Level at which that is 5 %, above that of the test; None beyond 12 dB [dB].
+    """
+
+    limit: Limit
+    quantity: Quantity
+    probability: float
+    level_db: float | None
+
+    @property
+    def name(self) -> str:
+        """Name of the limited quantity, for people."""
+        return name_of(self.limit)
+
+
+def name_of(limit: Limit) -> str:
+    """Return the name of the limited quantity, for people."""
+    if limit.whose == "response":
+        return f"{limit.name} {limit.statistic}"
+    what = what_of_joint(limit) if limit.whose == "joint" else ""
+    return " ".join(filter(None, (limit.whose, limit.name, what)))
+
+
+def quantity_of(limit: Limit, model: Model, log: TestLog) -> Quantity:
+    """Return the quantity that a limit is of.
+
+    Parameters
+    ----------
+    limit : Limit
+        As the log has it.
+    model : Model
+        What is shaken.
+    log : TestLog
+        For messages.
+
+    Raises
+    ------
+    LogError
+        If the model has no such sensor or joint, or what it limits is not known.
+    """
+    try:
+        if limit.whose == "response":
+            return _of_response(limit, model)
+        _check_peak(limit)
+        if limit.whose == "joint":
+            return _of_joint(limit, model)
+        if limit.whose == "shaker":
+            return _of_shaker(limit, model, log)
+    except ValueError as error:
+        raise LogError(str(log.document.error(("limits", *limit.key), str(error)))) from error
+    return Quantity("force", "", "force", limit.unit)
+
+
+def _check_peak(limit: Limit) -> None:
+    """Pass a limit of a largest value.
+
+    Raises
+    ------
+    ValueError
+        If it is one of an rms value.
+    """
+    if limit.statistic == "rms":
+        raise ValueError("expected a peak value; rms limits are of channels only")
+
+
+def _of_response(limit: Limit, model: Model) -> Quantity:
+    """Return the quantity of a channel.
+
+    Raises
+    ------
+    ValueError
+        If no sensor of the model measures it.
+    """
+    sensor = model.sensors.get(limit.name)
+    if sensor is None:
+        raise ValueError(f"expected a sensor of the model: {', '.join(model.sensors)}")
+    unit = model.sensor_unit(sensor)
+    if unit != limit.unit:
+        raise ValueError(f"expected a limit in {unit}, which {limit.name} measures")
+    return Quantity("response", limit.name, limit.statistic, unit)
+
+
+def _of_joint(limit: Limit, model: Model) -> Quantity:
+    """Return the quantity of a joint, whose places may be written in either order.
+
+    Raises
+    ------
+    ValueError
+        If the model has no such joint.
+    """
+    names = {}
+    for pair in pairs_of(model):
+        names["-".join(pair)] = names["-".join(reversed(pair))] = "-".join(pair)
+    if limit.name not in names:
+        known = ", ".join(dict.fromkeys(names.values()))
+        raise ValueError(f"expected a joint of the model: {known}")
+    return Quantity("joint", names[limit.name], what_of_joint(limit), limit.unit)
+
+
+def _of_shaker(limit: Limit, model: Model, log: TestLog) -> Quantity:
+    """Return the quantity of the shaker's table.
+
+    Raises
+    ------
+    ValueError
+        If no table moves, or the mass that its force moves is not known.
+    """
+    if not model.excitation.moves_base:
+        raise ValueError("a force drives the model, so no table moves; take it out")
+    if limit.name == "force" and log.shaker.moving_mass is None:
+        raise ValueError("expected shaker: {moving_mass: 12 kg}, or its force is not known")
+    what: What = limit.name  # type: ignore[assignment]
+    return Quantity("shaker", "", what, limit.unit)
+
+
+def level_of(beyond: Callable[[float], float]) -> float | None:
+    """Return the level at which a limit is exceeded with 5 %; None beyond 12 dB.
+
+    Looked for at multiples of 3 dB next to where it would be if all grew with the level, then
+    between the two that enclose it.
+
+    Parameters
+    ----------
+    beyond : callable
+        From a level above that of the test [dB] to the 95 % quantile over the limit [dB].
+
+    Returns
+    -------
+    float or None
+        Level above that of the test [dB].
+    """
+    known = {0: beyond(0.0)}
+    last = round(FARTHEST_DB / STEP_DB)
+    while True:
+        steps = np.array(sorted(known))
+        over = np.array([known[int(step)] for step in steps])
+        crossed = np.flatnonzero(over[:-1] * over[1:] <= 0.0)
+        if crossed.size:
+            i = min(crossed, key=lambda i: abs(steps[i] + steps[i + 1]))
+            share = over[i] / (over[i] - over[i + 1]) if over[i] != over[i + 1] else 0.0
+            level = STEP_DB * (steps[i] + share * (steps[i + 1] - steps[i]))
+            if steps[i + 1] - steps[i] == 1:
+                return float(level)
+            step = int(np.clip(round(level / STEP_DB), steps[i] + 1, steps[i + 1] - 1))
+        else:
+            end = int(steps[-1] if over[0] < 0.0 else steps[0])
+            further = 1 if over[0] < 0.0 else -1
+            if abs(end) >= last:
+                return None
+            away = max(1, round(abs(known[end]) / STEP_DB))
+            step = int(np.clip(end + further * away, -last, last))
+        known[step] = beyond(STEP_DB * step)
+
+
+def what_of_joint(limit: Limit) -> What:
+    """Return which quantity of a joint a limit is of, by its unit."""
+    return "force" if limit.unit in {"N", "N m"} else "displacement"

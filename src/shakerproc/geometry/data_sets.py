@@ -16,7 +16,7 @@ import numpy as np
 
 from shakerproc import files
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.geometry.wireframe import Wireframe
+from shakerproc.geometry import Wireframe
 
 _MARK: Final = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
 _MARK_HERE: Final = re.compile(rb" {4}-1[ \t]*\r?(?=\n|\Z)")

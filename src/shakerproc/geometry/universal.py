@@ -13,8 +13,8 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
+from shakerproc.geometry import Axes, Wireframe, problem_of
 from shakerproc.geometry.data_sets import UffDataSet, UffError, data_sets
-from shakerproc.geometry.wireframe import Axes, Wireframe, problem_of
 
 NODES: Final = (15, 781, 2411)
 """Data sets of nodes: in the first a node is a line, in the others two."""

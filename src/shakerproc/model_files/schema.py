@@ -11,9 +11,9 @@ from pydantic import Field
 from shakerproc.data import FloatArray
 from shakerproc.documents import Document, FromList, Section, read_document
 from shakerproc.exchange.mode_files import READERS, read_mode_file
-from shakerproc.exchange.mode_table import ModeTable
+from shakerproc.exchange.modes import ModeTable
 from shakerproc.geometry import Place
-from shakerproc.model_files.mode_tables import modes_of, seen_at
+from shakerproc.model_files.exchanged import modes_of, seen_at
 from shakerproc.models.model import BASE, Excitation, Measures
 from shakerproc.models.structure import Structure, StructureMode, check_mass
 from shakerproc.units import in_unit, quoted, to_si

@@ -5,11 +5,13 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar, cast, final
+from typing import Any, Final, TypeVar, cast, final
 
 from numba import njit
+from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+from numba.core.compiler import Compiler, CompilerBase
+from numba.core.compiler_machinery import PassManager
 from numba.core.types import Type, unliteral
 
 Function = TypeVar("Function", bound=Callable[..., object])
@@ -47,17 +49,33 @@ class _Part(JITCodeLibrary):
         self._finalized = True
 
 
+_PASSES: Final[tuple[Any, ...]] = tuple(
+    getattr(untyped_passes, name, None) or getattr(typed_passes, name, None)
+    for name in (
+        "TranslateByteCode", "FixupArgs", "IRProcessing", "GenericRewrites", "ReconstructSSA",
+        "NopythonTypeInference", "PreLowerStripPhis", "IRLegalization", "NativeLowering",
+        "NoPythonBackend",
+    )
+)  # fmt: skip
+"""What numba does with a part. Left out is what finds nothing to do in loops over numbers
+(closures, array expressions, overloads, branches that types decide): an eighth of the time."""
+
+
 @final
 class _PartCompiler(CompilerBase):
     """Numba's compiler, for parts."""
 
     def define_pipelines(self) -> list[object]:
-        """Return numba's own steps, which fill the library that they find."""
+        """Return the steps of numba that parts need; they fill the library that they find."""
         state = self.state
-        builder: Any = DefaultPassBuilder
         library: Any = _Part
+        manager: Any = PassManager
         state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
-        return [builder.define_nopython_pipeline(state)]
+        steps = manager("part")
+        for step in _PASSES:
+            steps.add_pass(step, step.__name__)
+        steps.finalize()
+        return [steps]
 
 
 _STEPS = (
@@ -67,7 +85,7 @@ _STEPS = (
     "_optimize_final_module",
     "_verify_declare_only_symbols",
 )
-_KNOWN = all(hasattr(JITCodeLibrary, step) for step in _STEPS)  # no public interface of numba
+_KNOWN = all(_PASSES) and all(hasattr(JITCodeLibrary, step) for step in _STEPS)
 _PART: Callable[..., Callable[..., object]] = partial(
     njit,
     pipeline_class=_PartCompiler if _KNOWN else Compiler,

@@ -186,10 +186,18 @@ class MainsHum(AbstractFault):
         return samples + self.amplitude * np.sin(2.0 * np.pi * self.frequency * time)
 
 
+FAULT_EXAMPLES: Mapping[str, AbstractFault] = MappingProxyType({
+    example.kind: example
+    for example in (
+        SensorDelay(2e-5),
+        SensorGain(1.1),
+        SensorPolarity(),
+        Clipping(50.0),
+        MainsHum(50.0, 0.3),
+    )
+})
+"""One fault of each kind, of a size that recordings have."""
+
 FAULTS: Mapping[str, type[AbstractFault]] = MappingProxyType({
-    SensorDelay.kind: SensorDelay,
-    SensorGain.kind: SensorGain,
-    SensorPolarity.kind: SensorPolarity,
-    Clipping.kind: Clipping,
-    MainsHum.kind: MainsHum,
+    kind: type(example) for kind, example in FAULT_EXAMPLES.items()
 })

@@ -9,10 +9,9 @@ from shakerproc import checks
 from shakerproc.errors import ModelError
 from shakerproc.models.conditions import NOTHING, Conditions, Scale
 from shakerproc.models.effects.attached_mode import AttachedMode
-from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
+from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, times
 from shakerproc.models.faults import AbstractFault
 from shakerproc.models.motion import Motion, unit_in
-from shakerproc.models.scaling import times
 from shakerproc.models.structure import Mode, Structure
 from shakerproc.models.validation import check_model
 

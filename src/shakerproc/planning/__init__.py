@@ -1,6 +1,6 @@
 """Before the test: displacement against clearance, contents of a recording, rehearsal."""
 
-from shakerproc.planning.acquisition import (
+from shakerproc.planning.drive import (
     Averaging,
     averaging,
     duration_of_test,

@@ -8,7 +8,7 @@ from typing import Any, Final, final
 
 from shakerproc.errors import LogError
 from shakerproc.numerals import numeral
-from shakerproc.planning.acquisition import (
+from shakerproc.planning.drive import (
     Averaging,
 )
 from shakerproc.planning.joints import AbstractJoint, FreeJoint, Play, Walls, Warming, Which

@@ -7,7 +7,7 @@ from typing import Final
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.numerals import numeral
-from shakerproc.planning.acquisition import (
+from shakerproc.planning.drive import (
     averaging,
     duration_of_test,
     rate_at,

@@ -96,7 +96,7 @@ class _RandomMotion:
         grid = frequencies_of(self.joint, self.shaken.low, self.shaken.high, fine=8)
         density = self.shaken.density * np.abs(self.joint.gain(grid)) ** 2
         swift = density * (2.0 * np.pi * grid) ** 2
-        found = [float(np.sqrt(_integral(grid, values))) for values in (density, swift)]
+        found = [float(np.sqrt(np.sum(_pieces(grid, values)))) for values in (density, swift)]
         return found[0], found[1]
 
     def curve(self, frequency: FloatArray) -> FloatArray:
@@ -250,10 +250,6 @@ def _contact(largest: float, walls: Walls) -> Contact:
 
 def _gaussian(ratio: float) -> float:
     return float(np.exp(-0.5 * min(ratio, 35.0) ** 2)) if ratio < inf else 0.0
-
-
-def _integral(frequency: FloatArray, values: FloatArray) -> float:
-    return float(np.sum(_pieces(frequency, values)))
 
 
 def _pieces(frequency: FloatArray, values: FloatArray) -> FloatArray:

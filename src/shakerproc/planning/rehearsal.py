@@ -25,8 +25,12 @@ from shakerproc.models import BASE, Model
 from shakerproc.models.model import SENSOR_UNITS
 from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
-from shakerproc.planning.acquisition import sample_rate_of_test
-from shakerproc.planning.drive import check_period, drive_of_test, length_of_run
+from shakerproc.planning.drive import (
+    check_period,
+    drive_of_test,
+    length_of_run,
+    sample_rate_of_test,
+)
 from shakerproc.runs import usual_roles
 from shakerproc.simulation import (
     Input,

@@ -14,9 +14,11 @@ from shakerproc.numerals import numeral
 from shakerproc.runs import flags as flagging
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import with_analyses
+from shakerproc.runs.analyses.tones import notched, tones_taken_out
 from shakerproc.runs.averaging import averaged, excited_band, finer_spectra
 from shakerproc.runs.opening import open_test
 from shakerproc.runs.pairs import Search, against_controls, density_peaks, response_peaks
+from shakerproc.runs.panels import envelope
 from shakerproc.runs.result import (
     RunResult,
     lone_force,
@@ -29,8 +31,6 @@ from shakerproc.runs.roles import (
     uses_of,
     without_tachometers,
 )
-from shakerproc.runs.thinning import envelope
-from shakerproc.runs.tones import notched, tones_taken_out
 from shakerproc.runs.tracking import density_against_time, swept_readings, tracked
 from shakerproc.spectra import Crop
 from shakerproc.spectra.tones.lines import SpectralLine, lines_sentence

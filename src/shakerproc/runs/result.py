@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import STANDARD_GRAVITY, Channel, ComplexArray, FloatArray, UnusedChannel
-from shakerproc.runs.analysis import Analysis
 from shakerproc.runs.levels import Level
-from shakerproc.runs.thinning import Envelope
+from shakerproc.runs.panels import Analysis, Envelope
 from shakerproc.runs.tracking import SweptReading, Tracking
 from shakerproc.spectra import (
     Bounds,

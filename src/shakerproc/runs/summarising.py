@@ -9,8 +9,8 @@ import numpy as np
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.runs import levels
-from shakerproc.runs.analysis import Analysis, PanelLine
 from shakerproc.runs.flags import control_density, control_sweep
+from shakerproc.runs.panels import Analysis, PanelLine, thinned
 from shakerproc.runs.result import ResonancePeak, Responses, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.summary import (
     SURFACE_STEPS,
@@ -28,7 +28,6 @@ from shakerproc.runs.summary import (
     SweptPeak,
     Value,
 )
-from shakerproc.runs.thinning import thinned
 from shakerproc.runs.tracking import SweptReading
 from shakerproc.testlog import ThresholdCrop
 

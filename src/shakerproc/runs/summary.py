@@ -11,7 +11,7 @@ from pydantic_core import to_json
 from shakerproc import files
 from shakerproc.data import UnusedChannel
 from shakerproc.recordings import FAULTS
-from shakerproc.runs.analysis import Look, PanelScale
+from shakerproc.runs.panels import Look, PanelScale
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -337,7 +337,7 @@ class ControlSummary:
 
 @dataclass(frozen=True, slots=True)
 class LineSummary:
-    """A line of a figure of an analysis, thinned: see `shakerproc.runs.analysis.Line`."""
+    """A line of a figure of an analysis, thinned: see `shakerproc.runs.panels.Line`."""
 
     label: str
     x: tuple[float, ...]
@@ -349,7 +349,7 @@ class LineSummary:
 
 @dataclass(frozen=True, slots=True)
 class PanelSummary:
-    """A figure of an analysis: see `shakerproc.runs.analysis.Panel`."""
+    """A figure of an analysis: see `shakerproc.runs.panels.Panel`."""
 
     title: str
     caption: str

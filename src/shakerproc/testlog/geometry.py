@@ -9,10 +9,9 @@ from typing import Final
 from shakerproc.data import ChannelUse
 from shakerproc.documents import Key
 from shakerproc.errors import LogError
-from shakerproc.geometry import Place, Wireframe
+from shakerproc.geometry import LEAST, Place, Wireframe, problem_of
 from shakerproc.geometry.data_sets import UffError
 from shakerproc.geometry.universal import read_wireframe
-from shakerproc.geometry.wireframe import LEAST, problem_of
 from shakerproc.testlog.fields import Below, MisfitError, csv_cells
 from shakerproc.testlog.schema import ChannelSection, GeometrySection
 from shakerproc.units import quoted, to_si

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 from shakerproc.studies.results import VERDICTS, Checked, Verdict
-from shakerproc.verification import free_motion, sweeps, theory
+from shakerproc.verification import nonlinear, theory
 from shakerproc.verification.base import ClaimFinding
 
 
@@ -62,7 +62,7 @@ class ThesisClaim:
 
 _CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(
     ThesisClaim(*row)
-    for table in (theory.CLAIMS, sweeps.CLAIMS, free_motion.CLAIMS, theory.INPUT_CLAIMS)
+    for table in (theory.CLAIMS, nonlinear.CLAIMS, theory.INPUT_CLAIMS)
     for row in table
 )
 

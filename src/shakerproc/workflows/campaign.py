@@ -13,7 +13,7 @@ from shakerproc.campaign import tables, trends
 from shakerproc.campaign.batch import UNTOLD, CampaignResult, Execution, Progress, run_batch
 from shakerproc.campaign.earlier import Earlier, change_columns, changes, read_earlier
 from shakerproc.campaign.jobs import Products, RemoteExecutor, RemoteHashes, relative_recording
-from shakerproc.campaign.result_folder import locked, settle
+from shakerproc.campaign.result_folder import check_result_folder, locked, settle
 from shakerproc.campaign.tables import write_tables
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
@@ -44,7 +44,6 @@ from shakerproc.workflows.evidence import (
     methods_of,
     sections_of,
 )
-from shakerproc.workflows.folders import check_result_folder
 from shakerproc.workflows.processing_options import Options, described
 from shakerproc.workflows.run import process_file
 from shakerproc.workflows.shown import Shown, frame, html

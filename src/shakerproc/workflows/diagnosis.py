@@ -153,7 +153,7 @@ class ShownDiagnosis(Shown):
 
     def plot(self) -> "Figure":
         """Return the errors of all hypotheses beside the model as it was and the noise."""
-        from shakerproc.report.evidence.errors import candidate_errors
+        from shakerproc.report.evidence.numbers import candidate_errors
 
         return candidate_errors(self.found)
 

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis
     from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.models import Model
+    from shakerproc.report.evidence.comparison import Models
     from shakerproc.report.evidence.functions import Decays
-    from shakerproc.report.evidence.models import Models
     from shakerproc.report.page.methods import Methods
     from shakerproc.report.page.sections import ReportSection
     from shakerproc.runs import RunSummary
@@ -88,8 +88,8 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
         return ()
     from shakerproc import files
     from shakerproc.report.evidence.functions import mode_sections
+    from shakerproc.report.evidence.numbers import tables
     from shakerproc.report.evidence.sections import sections
-    from shakerproc.report.evidence.tables import tables
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
@@ -172,7 +172,7 @@ def judged(
     """
     from shakerproc.diagnosis.updated import updated_model
     from shakerproc.errors import SimulationError
-    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.evidence.comparison import Models
 
     if model.excitation.role is None:
         return None

@@ -11,8 +11,7 @@ from shakerproc.errors import ArgumentError, LogError
 from shakerproc.forecasts import CampaignForecast as Found
 from shakerproc.forecasts import document_of, forecast_tests, headline, sentences
 from shakerproc.forecasts.document import SCHEMA
-from shakerproc.forecasts.levels import amplitude_of_measured
-from shakerproc.forecasts.limits import quantity_of
+from shakerproc.forecasts.levels import amplitude_of_measured, quantity_of
 from shakerproc.forecasts.notch_plan import (
     EDGE_DB_PER_OCTAVE,
     PROBABILITY,

@@ -19,14 +19,13 @@ import numpy as np
 from shakerproc import __version__, files
 from shakerproc.campaign.trends import mode_shifts, trends_of_modes
 from shakerproc.data import ComplexArray
-from shakerproc.geometry import Place, Wireframe, data_sets
+from shakerproc.geometry import Place, Wireframe, data_sets, numbered_nodes
 from shakerproc.geometry.data_sets import NodalShape
-from shakerproc.geometry.wireframe import numbered_nodes
 from shakerproc.modal.analysis import ModalAnalysis, TestModes, file_name, mac_over
 from shakerproc.modal.geometry import motion_of
 from shakerproc.modal.modal_model import ModeSet
 from shakerproc.modal.shapes import mac
-from shakerproc.recordings.writers.uff import (
+from shakerproc.recordings.writers import (
     FREQUENCY,
     QUANTITIES,
     RESPONSE,

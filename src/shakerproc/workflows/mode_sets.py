@@ -13,11 +13,16 @@ from shakerproc import files
 from shakerproc.data import ChannelUse, Role
 from shakerproc.errors import ArgumentError, ExchangeError
 from shakerproc.exchange.mode_files import READERS, read_mode_file
-from shakerproc.exchange.mode_table import FREQUENCY, ModeTable, split_place
-from shakerproc.exchange.mode_writers import WRITERS, write_mode_file
+from shakerproc.exchange.modes import (
+    FREQUENCY,
+    WRITERS,
+    ModeTable,
+    split_place,
+    write_mode_file,
+)
 from shakerproc.geometry import Place
 from shakerproc.geometry.data_sets import UffError, data_sets
-from shakerproc.model_files.mode_tables import seen_at, structure_of, table_of
+from shakerproc.model_files.exchanged import seen_at, structure_of, table_of
 from shakerproc.model_files.schema import YAML, read_structure
 from shakerproc.model_files.writing import structure_text
 from shakerproc.models.structure import AXES

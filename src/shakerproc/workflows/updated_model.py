@@ -31,7 +31,6 @@ from shakerproc.workflows.arguments import (
     path_of,
     switch_of,
 )
-from shakerproc.workflows.folders import checked_folder
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -133,7 +132,7 @@ class UpdatedModel(Shown):
             If the old file is laid out so that it cannot be changed in place.
         """
         out, old = path_of("path", path, "a new model file"), self.known.file
-        checked_folder(out.parent)
+        files.checked_folder(out.parent)
         if old is None:
             files.write_text(out, model_text(self.model, heading=f"shakerproc {__version__}"))
             return out

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from shakerproc import files
 from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.adding import Added
@@ -72,7 +72,7 @@ def add(
     options.check_order(model, testlog)
     if new.resolve() == model.resolve():
         raise typer.BadParameter("NEW must be another file than MODEL", param_hint="-o")
-    folders.checked_folder(new.parent)
+    files.checked_folder(new.parent)
     log, known = read_testlog(testlog), read_model_file(model)
     with options.usage(effect="EFFECT"):
         updated_model.check_kind(effect)

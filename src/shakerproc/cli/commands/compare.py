@@ -7,7 +7,6 @@ import typer
 
 from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,12 +76,12 @@ def compare(
     Response functions that an analyser has exported are compared with those of the model's
     linear part, without a log.
     """
-    from shakerproc.cli.messages import announce
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.comparison import explained, sentence
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
     from shakerproc.recordings.response_functions import holds_functions
-    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.evidence.comparison import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows.comparison import compare_models
     from shakerproc.workflows.evidence import Evidence, inputs_of
@@ -94,8 +93,8 @@ def compare(
     if at:
         raise typer.BadParameter("--at is for response functions; a log names its channels")
     options.check_order(model, log)
-    announce()
-    folders.check_result_folder(folder, "compare")
+    messages.announce()
+    check_result_folder(folder, "compare")
     campaign, log_hash = read_hashed(read_testlog, log)
     shaken, model_hash = read_hashed(read_model, model)
     documents = [("model", model, model_hash), ("test log", log, log_hash)]
@@ -150,6 +149,7 @@ def _functions(
     pdf: bool,
 ) -> None:
     """Compare the linear part of a model with response functions of a file."""
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.comparison.document import mode_rows
     from shakerproc.model_files import read_model
     from shakerproc.models.validation import check_unscaled
@@ -158,7 +158,7 @@ def _functions(
 
     if not alone:
         raise typer.BadParameter("--fit and --before are for test logs")
-    folders.check_result_folder(folder, "compare")
+    check_result_folder(folder, "compare")
     model, model_hash = read_hashed(read_model, given[0])
     check_unscaled(model, "a comparison with response functions")
     compared = compare_file(model, given[1], at or [])

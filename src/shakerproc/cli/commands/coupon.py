@@ -19,8 +19,8 @@ from shakerproc.cli.coupon_tables import (
 )
 
 if TYPE_CHECKING:
+    from shakerproc.finite_elements.annular_meshes import NamedMode
     from shakerproc.finite_elements.hole_stiffness import Axis
-    from shakerproc.finite_elements.mode_table import NamedMode
     from shakerproc.model_files.coupon_files import CouponFile
 
 
@@ -78,7 +78,7 @@ def coupon(
     Beside published values, where the coupon file has them. The clamped radius is often not
     known: the table says how far the frequencies depend on it.
     """
-    from shakerproc.finite_elements.mode_table import named_modes
+    from shakerproc.finite_elements.annular_meshes import named_modes
     from shakerproc.model_files.coupon_files import read_coupon
 
     described = _with_options(read_coupon(coupon), law, half_angle_deg, plane)
@@ -136,7 +136,7 @@ def _check_model(
 
 def _at_stated_radius(described: "CouponFile", count: int) -> "tuple[NamedMode, ...]":
     """Return the modes at the clamped radius that the documents state, if they state one."""
-    from shakerproc.finite_elements.mode_table import named_modes
+    from shakerproc.finite_elements.annular_meshes import named_modes
 
     if described.stated_radius is None:
         return ()
@@ -197,7 +197,7 @@ def _write(
     figures: bool,
 ) -> None:
     from shakerproc import files
-    from shakerproc.finite_elements.mode_table import MODELS
+    from shakerproc.finite_elements.annular_meshes import MODELS
 
     published = published_of(described)
     columns: dict[str, list[object]] = {

@@ -103,7 +103,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
     from shakerproc.diagnosis.headline import headline
     from shakerproc.model_files import read_model
     from shakerproc.recordings import sha256
-    from shakerproc.report.evidence.models import Models
+    from shakerproc.report.evidence.comparison import Models
     from shakerproc.testlog import read_testlog
     from shakerproc.workflows import draft
     from shakerproc.workflows.evidence import Evidence, inputs_of, name_of_new

@@ -7,7 +7,6 @@ import typer
 
 from shakerproc.cli import messages, options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.result import Diagnosis, Errors, Tried
@@ -29,6 +28,7 @@ def diagnose(
     """Say which effect a model lacks, how surely, and what to test next."""
     from shakerproc import files
     from shakerproc.campaign.jobs import at_hand
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.cli.messages import announce
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.diagnosis.headline import headline
@@ -44,7 +44,7 @@ def diagnose(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_diagnosis") if out is None else out
-    folders.check_result_folder(folder, "diagnose")
+    check_result_folder(folder, "diagnose")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     machines = Machines(None, LONG, MUCH, scheduler, recordings)

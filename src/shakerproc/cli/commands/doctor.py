@@ -52,7 +52,7 @@ def plug_ins() -> list[PlugIn]:
 
 def _effects() -> list[PlugIn]:
     from shakerproc.models import EFFECTS
-    from shakerproc.models import registry as effects
+    from shakerproc.models import own_effects as effects
 
     found, known = [], dict(EFFECTS.known)
     for entry in entry_points(group=effects.GROUP):

@@ -173,8 +173,7 @@ def _print_loop(kind: str, json: str | None) -> None:
 
 def _loop(kind: str, columns: int, rows: int) -> str:
     """Return the force over a cycle of displacement, as lines of characters."""
-    from shakerproc.models.effects import StiffnessDrift
-    from shakerproc.models.examples import example_of
+    from shakerproc.models.effects import StiffnessDrift, example_of
     from shakerproc.report.models.effects import LARGEST, cycle_of
 
     effect = example_of(kind)

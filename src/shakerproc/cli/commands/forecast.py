@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.forecasts import TestForecast
@@ -59,6 +58,7 @@ def forecast(
     below it: how far the model missed them widens the bands. The first line is go or no-go.
     --notch writes the profile with the least taken away that keeps every limit.
     """
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.cli.messages import announce
     from shakerproc.forecasts.notch_plan import NotchWish
     from shakerproc.model_files import read_model
@@ -74,7 +74,7 @@ def forecast(
     options.check_order(model, testlog)
     announce()
     folder = Path(f"{model.stem}_forecast") if out is None else out
-    folders.check_result_folder(folder, "forecast")
+    check_result_folder(folder, "forecast")
     log, log_hash = read_hashed(read_testlog, testlog)
     known, model_hash = read_hashed(read_model, model)
     once = output.Once()

@@ -7,7 +7,6 @@ from typing import Annotated, TypeAlias
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import folders
 
 TestOption: TypeAlias = Annotated[
     list[str] | None,
@@ -76,6 +75,7 @@ def modal(
     are chosen automatically and followed from test to test. Response functions that an analyser
     has exported are taken as they are, without a log.
     """
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.cli.batch_output import print_analysis, write_folder
     from shakerproc.recordings.response_functions import holds_functions
     from shakerproc.testlog import Modal, read_testlog
@@ -87,7 +87,7 @@ def modal(
             raise typer.BadParameter(
                 "--test, --against and --together are for test logs, not for response functions"
             )
-        folders.check_result_folder(folder, "modal")
+        check_result_folder(folder, "modal")
         wish = wish_of(Modal(), band=_band(from_hz, to_hz), count=count, order=order)
         measured = modes_of_functions(log, wish)
         output.write_json(measured.as_json(), json)
@@ -101,7 +101,7 @@ def modal(
     wish = replace(wish, together=wish.together or together)
     tests = [read.find(name) for name in test] if test else read.active
     other = None if against is None else read_testlog(against)
-    folders.check_result_folder(folder, "modal")
+    check_result_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:
         found = modes_of(read, tests, wish, other, advance)

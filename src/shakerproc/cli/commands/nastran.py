@@ -189,7 +189,7 @@ def _write_study(
     from shakerproc import files
     from shakerproc.errors import ModelError
     from shakerproc.exchange.nastran_decks import transient_deck
-    from shakerproc.model_files.deck_of_model import deck_of_model
+    from shakerproc.model_files.exchanged import deck_of_model
     from shakerproc.studies import read_study
     from shakerproc.studies.kinds.base import jobs_of
     from shakerproc.studies.readings import excitation_of
@@ -255,7 +255,7 @@ def _write_models(
 ) -> list[dict[str, object]]:
     from shakerproc import files
     from shakerproc.exchange.nastran_decks import transient_deck
-    from shakerproc.model_files.deck_of_model import deck_of_model
+    from shakerproc.model_files.exchanged import deck_of_model
     from shakerproc.studies.study import placed
 
     time, samples = excitation
@@ -402,7 +402,7 @@ def _velocities(model: "Model", texts: Sequence[str]) -> dict[str, float]:
     typer.BadParameter
         If one is not written as MASS=VELOCITY.
     """
-    from shakerproc.model_files.deck_of_model import check_places
+    from shakerproc.model_files.exchanged import check_places
     from shakerproc.units import to_si
 
     found: dict[str, float] = {}

@@ -8,7 +8,6 @@ import typer
 from shakerproc.cli import messages, options, output
 from shakerproc.cli.commands import CROP, TEST
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.runs import RunSummary
@@ -168,7 +167,7 @@ def process(
     responses. Channels of other quantities are not used; the output names them.
     """
     from shakerproc.campaign.jobs import Products
-    from shakerproc.campaign.result_folder import folder_name
+    from shakerproc.campaign.result_folder import check_result_folder, folder_name
     from shakerproc.workflows.processing_options import described, unit_of
     from shakerproc.workflows.run import process_file
 
@@ -210,7 +209,7 @@ def process(
             },
         )
     folder = Path(folder_name(recording, chosen)) if out is None else out
-    folders.check_result_folder(folder, "process")
+    check_result_folder(folder, "process")
     products = Products(figures, options.exports_of(export), thesis)
     summary = process_file(
         recording,

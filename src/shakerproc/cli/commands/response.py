@@ -7,7 +7,6 @@ import typer
 
 from shakerproc.cli import options, output
 from shakerproc.numerals import numeral
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.models import Model
@@ -74,6 +73,7 @@ def response(
     branch is unstable the motion jumps to another. Where the masses have free play, F / (k a)
     tells how strong the nonlinearity is.
     """
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.cli.messages import announce
     from shakerproc.simulation import harmonic_balance as hb
 
@@ -83,9 +83,7 @@ def response(
             param_hint="--subharmonic",
         )
     announce()
-    folders.check_result_folder(
-        Path(f"{model.stem}_response") if out is None else out, "response"
-    )
+    check_result_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
     found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))

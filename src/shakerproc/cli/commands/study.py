@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc.cli import options, output
-from shakerproc.workflows import folders
 
 if TYPE_CHECKING:
     from shakerproc.studies import StudyResult
@@ -76,6 +75,7 @@ def _run(
     import os
 
     from shakerproc import files
+    from shakerproc.campaign.result_folder import check_result_folder
     from shakerproc.recordings import read_hashed
     from shakerproc.studies import read_study, run_study
     from shakerproc.studies.kinds.base import jobs_of
@@ -85,7 +85,7 @@ def _run(
         output.message(f"note: {note}")
     total = len(jobs_of(read))
     folder = _folder(out, path)
-    folders.check_result_folder(folder, "study")
+    check_result_folder(folder, "study")
     with output.progress(read.title, total) as advance:
         result = run_study(
             read,

@@ -30,35 +30,47 @@ from shakerproc.models.effects.stiffness_drift import StiffnessDrift
 from shakerproc.models.effects.stop import Stop
 from shakerproc.models.effects.stribeck_friction import StribeckFriction
 from shakerproc.models.effects.table import Table
-from shakerproc.models.registry import EffectRegistry
+from shakerproc.models.own_effects import EffectRegistry, tried
+
+EXAMPLES: Mapping[str, AbstractEffect] = MappingProxyType({
+    example.kind: example
+    for example in (
+        Spring(1.2e5),
+        Damper(damping=1.5),
+        Gap(1.2e5, 5e-5),
+        OffsetGap(1.2e5, 3e-5, 7e-5),
+        Stop(1.2e5, 5e-5, "positive"),
+        JumpGap(1.2e5, 5e-5),
+        CubicStiffness(1e13),
+        QuadraticStiffness(5e8),
+        PowerLaw(6.0, 1e-4, 5.0),
+        PowerLawDamping(3.0, 1e-4, 4.0),
+        CoulombFriction(2.0),
+        StribeckFriction(1.5, 2.5, 5e-3),
+        LuGreFriction(1.5, 2.5, 5e-3, 3e5, 20.0, 1.0),
+        QuadraticDamping(30.0),
+        ContactDamping(10.0, 5e-5),
+        HertzContact(1.2e7, 5e-5, 2.0, "both"),
+        Jenkins(1.2e5, 4.0),
+        Iwan(1.2e5, 6e-5),
+        PowerIwan(1.2e5, 6e-5, -0.5),
+        BoucWen(1.2e5, 4e-5, 2.0),
+        GeneralBoucWen(5e4, 3e4, -1e4, 1.0),
+        AttachedMode(5e-3, 200.0, 0.02),
+        StiffnessDrift(-2e-3, 0.0, 1.2e5),
+        ConstantForce(0.5),
+        Series((Gap(1.2e5, 3e-5), CoulombFriction(4.0))),
+        Table(
+            (-2e-4, -1e-4, 0.0, 1e-4, 2e-4),
+            (-0.1, 0.0, 0.1),
+            tuple((f - 1.0, f, f + 1.0) for f in (-9.0, -3.0, 0.0, 3.0, 9.0)),
+        ),
+    )
+})
+"""One effect of each kind, of the size that a small bolted joint on a shaker has."""
 
 EFFECTS: EffectRegistry = EffectRegistry({
-    Spring.kind: Spring,
-    Damper.kind: Damper,
-    Gap.kind: Gap,
-    OffsetGap.kind: OffsetGap,
-    Stop.kind: Stop,
-    JumpGap.kind: JumpGap,
-    CubicStiffness.kind: CubicStiffness,
-    QuadraticStiffness.kind: QuadraticStiffness,
-    PowerLaw.kind: PowerLaw,
-    PowerLawDamping.kind: PowerLawDamping,
-    CoulombFriction.kind: CoulombFriction,
-    StribeckFriction.kind: StribeckFriction,
-    LuGreFriction.kind: LuGreFriction,
-    QuadraticDamping.kind: QuadraticDamping,
-    ContactDamping.kind: ContactDamping,
-    HertzContact.kind: HertzContact,
-    Jenkins.kind: Jenkins,
-    Iwan.kind: Iwan,
-    PowerIwan.kind: PowerIwan,
-    BoucWen.kind: BoucWen,
-    GeneralBoucWen.kind: GeneralBoucWen,
-    AttachedMode.kind: AttachedMode,
-    StiffnessDrift.kind: StiffnessDrift,
-    ConstantForce.kind: ConstantForce,
-    Series.kind: Series,
-    Table.kind: Table,
+    kind: type(example) for kind, example in EXAMPLES.items()
 })
 
 SPELLINGS: Mapping[tuple[str, str], str] = MappingProxyType({
@@ -69,6 +81,7 @@ SPELLINGS: Mapping[tuple[str, str], str] = MappingProxyType({
 
 __all__ = [
     "EFFECTS",
+    "EXAMPLES",
     "SPELLINGS",
     "AbstractEffect",
     "AttachedMode",
@@ -97,4 +110,16 @@ __all__ = [
     "Stop",
     "StribeckFriction",
     "Table",
+    "example_of",
 ]
+
+
+def example_of(kind: str) -> AbstractEffect:
+    """Return an effect of realistic size: an example, or where one's own effect is sought.
+
+    Raises
+    ------
+    KeyError
+        If there is no such kind.
+    """
+    return EXAMPLES[kind] if kind in EXAMPLES else tried(EFFECTS[kind])[0]

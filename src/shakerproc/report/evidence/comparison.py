@@ -1,16 +1,19 @@
-"""Where a model fails, drawn: response functions, error map, restoring force, error in time."""
+"""The models and tests whose evidence is shown, and a comparison drawn as files."""
 
+import contextlib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.comparison import Comparison, JointMotion, TestComparison
 from shakerproc.data import FloatArray
 from shakerproc.models.motion import shown_in, unit_in
-from shakerproc.report.evidence.models import evenly, unit_of_sensor
+from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 from shakerproc.report.figures.to_png import save
 
@@ -18,13 +21,162 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SHOWN: Final = 4
-"""Tests that are overlaid, the levels spread out."""
 
-DOTS: Final = 3000
+MEASURED, BEFORE, AFTER, NOISE = 7, 1, 0, 6
+"""Styles: a broad grey line, a dashed one, a thin one, and the noise floor."""
+
+SHOWN: Final = 4
+"""Tests whose response functions are drawn, the levels spread out."""
+
+DOTS: Final = 1500
 """Samples of a restoring force that are drawn."""
 
 _NEAR: Final = 0.12  # of the largest velocity or displacement: what counts as none
+
+_PARTS: Final = 60
+"""Parts of a range, from each of which as many samples are drawn."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Models:
+    """A model compared with a campaign, and if there is one, its successor.
+
+    Attributes
+    ----------
+    before : Comparison
+        With the model as it was.
+    after : Comparison, optional
+        With the new one, against the same tests.
+    old, new : str
+        What the two are called.
+    """
+
+    before: Comparison
+    after: Comparison | None = None
+    old: str = "model as it was"
+    new: str = "new model"
+
+    @property
+    def each(self) -> list[tuple[str, int, Comparison]]:
+        """Name, style and comparison of each model."""
+        both = [(self.old, BEFORE, self.before)]
+        return both if self.after is None else [*both, (self.new, AFTER, self.after)]
+
+    @property
+    def noise(self) -> list[float]:
+        """Noise of every test, through the better model: what a contact makes of it counts."""
+        return [test.noise for test in (self.after or self.before).tests]
+
+
+def label(test: TestComparison) -> str:
+    """Return number and level of a test, and whether it was held out."""
+    level = level_of(test)
+    kept = ", held out" if test.measured.test.hold_out else ""
+    return f"test {test.measured.name}{f', {level}' if level else ''}{kept}"
+
+
+def level_of(test: TestComparison) -> str:
+    """Return the level of a test as the log has it, in four digits at most."""
+    number, _, unit = test.measured.test.level_text.partition(" ")
+    with contextlib.suppress(ValueError):
+        number = numeral(float(number), 4)
+    return f"{number} {unit}".strip().replace("^2", "²")
+
+
+def same_joint(test: TestComparison, between: tuple[str, str]) -> JointMotion | None:
+    """Return force and motion of the joint between two places, in this direction."""
+    for joint in test.joints:
+        if joint.between == between:
+            return joint
+        if joint.between == between[::-1]:
+            return replace(
+                joint,
+                between=between,
+                displacement=-joint.displacement,
+                velocity=-joint.velocity,
+                force=-joint.force,
+                force_model=-joint.force_model,
+            )
+    return None
+
+
+def capitalised(text: str) -> str:
+    """Return text as the start of a sentence."""
+    return f"{text[0].upper()}{text[1:]}"
+
+
+def by_input(comparison: Comparison) -> list[int]:
+    """Return the tests from the smallest input to the largest."""
+    return sorted(range(len(comparison.tests)), key=lambda i: input_rms(comparison, i))
+
+
+def input_rms(comparison: Comparison, index: int) -> float:
+    """Return the rms of the input of a test [m/s^2 or N]."""
+    return float(np.sqrt(np.mean(comparison.tests[index].prediction.input ** 2)))
+
+
+def spread_out(comparison: Comparison) -> list[int]:
+    """Return a few tests from the quietest to the loudest, one held out among them."""
+    rising = by_input(comparison)
+    if len(rising) <= SHOWN:
+        return rising
+    chosen = [rising[round(i)] for i in np.linspace(0, len(rising) - 1, SHOWN)]
+    kept = [i for i in rising if comparison.tests[i].measured.test.hold_out]
+    if kept and not set(kept) & set(chosen):
+        chosen[2] = kept[len(kept) // 2]
+    return chosen
+
+
+def unit_of_sensor(comparison: Comparison, sensor: str) -> str:
+    """Return the unit of a response function of a sensor, over that of the drive."""
+    unit = comparison.model.sensor_unit(comparison.model.sensors[sensor])
+    drive = comparison.model.drive_unit
+    over = "/".join(f"({one})" if "/" in one or " " in one else one for one in (unit, drive))
+    return "-" if unit == drive else over.replace("^2", "²")
+
+
+def deciding(comparison: Comparison) -> int:
+    """Return the loudest test that was held out, or the loudest of all."""
+    rising = by_input(comparison)
+    kept = [i for i in rising if comparison.tests[i].measured.test.hold_out]
+    return (kept or rising)[-1]
+
+
+def loudest(comparison: Comparison) -> int:
+    """Return the test with the largest input."""
+    return by_input(comparison)[-1]
+
+
+def evenly(values: FloatArray, count: int) -> NDArray[np.int_]:
+    """Return indices of about so many samples, as many from each part of the range."""
+    limits = np.linspace(values.min(), values.max(), _PARTS + 1)
+    which = np.clip(np.searchsorted(limits, values) - 1, 0, _PARTS - 1)
+    chosen = []
+    for part in range(_PARTS):
+        inside = np.flatnonzero(which == part)
+        chosen.append(inside[:: max(1, inside.size * _PARTS // count)])
+    return np.concatenate(chosen)
+
+
+def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
+    """Return motion [m or m/s], measured and modelled force [N] where the other is small.
+
+    What that small part adds is a straight line through the samples, and is taken away:
+    else the spring would hide what depends on the velocity.
+    """
+    along, other = motion.displacement, motion.velocity
+    if by_velocity:
+        along, other = other, along
+    near = np.flatnonzero(np.abs(other) <= _NEAR * np.max(np.abs(other)))
+    if not near.size:
+        return np.empty((3, 0))
+    columns = np.array([other[near], along[near]]).T
+    chosen = evenly(along[near], DOTS)
+    rows = [along[near][chosen]]
+    for force in (motion.force[near], motion.force_model[near]):
+        slope = float(np.linalg.lstsq(columns, force, rcond=None)[0][0])
+        rows.append(force[chosen] - slope * other[near][chosen])
+    return np.array(rows)
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -47,7 +199,7 @@ def figures_of(comparison: Comparison) -> dict[str, "Callable[[], Figure]"]:
     for i, sensor in enumerate(comparison.tests[0].measured.sensors):
         out[f"response_{sensor}"] = partial(response_functions, comparison, i)
         out[f"error_map_{sensor}"] = partial(error_map, comparison, i)
-    for k, joint in enumerate(loudest(comparison).joints):
+    for k, joint in enumerate(comparison.tests[loudest(comparison)].joints):
         name = "_".join(joint.between)
         out[f"restoring_force_{name}"] = partial(restoring_force, comparison, k)
     out["error_in_time"] = partial(error_in_time, comparison)
@@ -56,31 +208,10 @@ def figures_of(comparison: Comparison) -> dict[str, "Callable[[], Figure]"]:
     return out
 
 
-def loudest(comparison: Comparison) -> TestComparison:
-    """Return the test with the largest input."""
-    return max(comparison.tests, key=lambda test: float(np.mean(test.prediction.input**2)))
-
-
-def spread_out(comparison: Comparison) -> list[TestComparison]:
-    """Return a few tests from the quietest to the loudest."""
-    rising = sorted(comparison.tests, key=lambda t: float(np.mean(t.prediction.input**2)))
-    if len(rising) <= SHOWN:
-        return rising
-    return [rising[round(i)] for i in np.linspace(0, len(rising) - 1, SHOWN)]
-
-
-def label(test: TestComparison) -> str:
-    """Return number and level of a test, and whether it was held out."""
-    kept = ", held out" if test.measured.test.hold_out else ""
-    level = test.measured.test.level_text
-    return f"test {test.measured.name}{f', {level}' if level else ''}{kept}".replace("^2", "²")
-
-
 def response_functions(comparison: Comparison, sensor: int) -> "Figure":
     """Return measured and predicted response functions overlaid, and the coherence."""
     figure, (upper, lower) = style.figure(7.0, 5.2, 2, sharex=True)
-    tests = spread_out(comparison)
-    for k, test in enumerate(tests):
+    for k, test in enumerate(comparison.tests[i] for i in spread_out(comparison)):
         pair = test.pair
         f, lit = pair.frequency, pair.excited
         upper.plot(f[lit], np.abs(pair.h1[sensor, lit]), **_solid(k), label=label(test))
@@ -122,10 +253,7 @@ def error_map(comparison: Comparison, sensor: int) -> "Figure":
     """Return the error of each test in each band, the loudest test on top."""
     from matplotlib.colors import LogNorm
 
-    tests = sorted(
-        range(len(comparison.tests)),
-        key=lambda i: float(np.mean(comparison.tests[i].prediction.input ** 2)),
-    )
+    tests = by_input(comparison)
     bands = comparison.bands
     columns = np.flatnonzero(bands.driven.any(axis=0))
     shown = slice(columns[0], columns[-1] + 1)
@@ -181,13 +309,13 @@ def _per_cent(value: float) -> str:
 
 def restoring_force(comparison: Comparison, joint: int) -> "Figure":
     """Return measured and modelled force of a joint against displacement and velocity."""
-    test = loudest(comparison)
+    test = comparison.tests[loudest(comparison)]
     motion = test.joints[joint]
     figure, (upper, lower) = style.figure(7.0, 6.4, 2)
     way = comparison.model.motion
     unit, factor = shown_in("m", way, float(np.max(np.abs(motion.displacement))))
-    _scatter(upper, motion, motion.displacement * factor, motion.velocity)
-    _scatter(lower, motion, motion.velocity, motion.displacement)
+    _scatter(upper, motion, by_velocity=False, factor=factor)
+    _scatter(lower, motion, by_velocity=True, factor=1.0)
     places = " to ".join(motion.between)
     upper.set_title(f"{places}, {label(test)}: where the velocity is small")
     upper.set_xlabel(f"displacement [{unit}]")
@@ -199,22 +327,12 @@ def restoring_force(comparison: Comparison, joint: int) -> "Figure":
     return figure
 
 
-def _scatter(axis: "Axes", motion: JointMotion, along: FloatArray, other: FloatArray) -> None:
-    """Draw the samples where the other variable is near 0, its small part taken away.
-
-    That part is a straight line through the drawn samples; without it, the spring would hide
-    what depends on the velocity.
-    """
-    near = np.flatnonzero(np.abs(other) < _NEAR * np.max(np.abs(other)))
-    picked = near[evenly(along[near], DOTS)]
-    for values, number, text in (
-        (motion.force, 0, "measured"),
-        (motion.force_model, 1, "model"),
-    ):
-        columns = np.array([other[near], along[near]]).T
-        slope = float(np.linalg.lstsq(columns, values[near], rcond=None)[0][0])
+def _scatter(axis: "Axes", motion: JointMotion, *, by_velocity: bool, factor: float) -> None:
+    """Draw measured and modelled force over a motion in the unit of the axis."""
+    along, *forces = cloud(motion, by_velocity=by_velocity)
+    for number, (text, force) in enumerate(zip(("measured", "model"), forces, strict=True)):
         axis.plot(
-            along[picked], values[picked] - slope * other[picked], ".", markersize=1.6,
+            factor * along, force, ".", markersize=1.6,
             color=style.COLOURS[number], label=text, rasterized=True,
         )  # fmt: skip
 
@@ -222,7 +340,7 @@ def _scatter(axis: "Axes", motion: JointMotion, along: FloatArray, other: FloatA
 def error_in_time(comparison: Comparison) -> "Figure":
     """Return the error along each test, and its noise floor."""
     figure, (axis,) = style.figure(7.0, 3.6)
-    for k, test in enumerate(spread_out(comparison)):
+    for k, test in enumerate(comparison.tests[i] for i in spread_out(comparison)):
         for row in test.time.error:
             axis.plot(test.time.time, row, **_solid(k), marker=".")
         axis.plot([], [], **_solid(k), label=label(test))
@@ -238,8 +356,8 @@ def error_in_time(comparison: Comparison) -> "Figure":
 
 def harmonics(comparison: Comparison) -> "Figure":
     """Return harmonics measured and predicted, for the loudest test that has tones."""
-    tonal = [test for test in comparison.tests if test.harmonics is not None]
-    test = max(tonal, key=lambda t: float(np.mean(t.prediction.input**2)))
+    tests = [comparison.tests[i] for i in by_input(comparison)]
+    test = [test for test in tests if test.harmonics is not None][-1]
     found = test.harmonics or ()
     figure, axes = style.figure(7.0, 1.2 + 2.0 * len(found), len(found), sharex=True)
     for axis, name, h in zip(axes, test.measured.sensors, found, strict=True):

@@ -35,7 +35,7 @@ from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTab
 from shakerproc.report.runs.analyses import draw_panel, drawing
 from shakerproc.runs.analyses.decays import Amplitude, decay_panels
 from shakerproc.runs.analyses.decays import Curve as AmplitudeCurve
-from shakerproc.runs.analysis import Panel
+from shakerproc.runs.panels import Panel
 
 _TOLD: Final = (
     "The shape of the test is expanded to all points of the model (O'Callahan, Avitabile and "

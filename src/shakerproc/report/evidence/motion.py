@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.comparison import JointMotion, by_range
+from shakerproc.comparison import by_range
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.diagnosis.result import Diagnosis, Tried
@@ -14,29 +14,23 @@ from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.motion import shown_in, unit_in
 from shakerproc.numerals import numeral
-from shakerproc.report.evidence.models import (
+from shakerproc.report.evidence.comparison import (
     MEASURED,
     NOISE,
     Models,
     by_input,
     capitalised,
-    evenly,
+    cloud,
     input_rms,
     label,
     loudest,
     same_joint,
 )
 from shakerproc.report.figures import to_svg
+from shakerproc.report.figures.axes import heat_map
 from shakerproc.report.figures.figure import Axis, Curve, Plot, Span
-from shakerproc.report.figures.heat_map import heat_map
 from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.in_units import logarithmic_axis
-
-DOTS: Final = 1500
-"""Samples of a restoring force that are drawn."""
-
-_NEAR: Final = 0.12  # of the largest velocity or displacement: what counts as none
-
 
 BEYOND: Final = 1.5
 """How far the drawing goes, as a multiple of the largest motion that was measured [-]."""
@@ -218,27 +212,6 @@ def _from(models: Models, index: int, between: tuple[str, str]) -> str:
     joint = same_joint(models.before.tests[index], between)
     low = 0.0 if joint is None else joint.band[0]
     return f" from {numeral(low)} Hz on" if low > 0.0 else ""
-
-
-def cloud(motion: JointMotion, *, by_velocity: bool) -> FloatArray:
-    """Return motion [m or m/s], measured and modelled force [N] where the other is small.
-
-    What that small part adds is a straight line through the samples, and is taken away:
-    else the spring would hide what depends on the velocity.
-    """
-    along, other = motion.displacement, motion.velocity
-    if by_velocity:
-        along, other = other, along
-    near = np.flatnonzero(np.abs(other) <= _NEAR * np.max(np.abs(other)))
-    if not near.size:
-        return np.empty((3, 0))
-    columns = np.array([other[near], along[near]]).T
-    chosen = evenly(along[near], DOTS)
-    rows = [along[near][chosen]]
-    for force in (motion.force[near], motion.force_model[near]):
-        slope = float(np.linalg.lstsq(columns, force, rcond=None)[0][0])
-        rows.append(force[chosen] - slope * other[near][chosen])
-    return np.array(rows)
 
 
 def error_in_time(models: Models) -> list[PageFigure]:

@@ -14,7 +14,9 @@ from shakerproc.models import EFFECTS
 from shakerproc.models.motion import shown_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence import motion, spectra
-from shakerproc.report.evidence.errors import (
+from shakerproc.report.evidence.comparison import Models, level_of, loudest
+from shakerproc.report.evidence.motion import free_law, laws
+from shakerproc.report.evidence.numbers import (
     CandidateError,
     candidate_name,
     interval,
@@ -22,8 +24,6 @@ from shakerproc.report.evidence.errors import (
     parameter_tables,
     shown_value,
 )
-from shakerproc.report.evidence.models import Models, level_of, loudest
-from shakerproc.report.evidence.motion import free_law, laws
 from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTable
 from shakerproc.runs.summary import by_tests
 

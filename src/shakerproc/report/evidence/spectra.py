@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.report.evidence.models import (
+from shakerproc.report.evidence.comparison import (
     MEASURED,
     NOISE,
     Models,

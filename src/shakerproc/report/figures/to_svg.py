@@ -10,11 +10,11 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.report.figures import heat_map, live
+from shakerproc.report.figures import axes, figure
 from shakerproc.report.figures.axes import UNIT, Box, grid
 from shakerproc.report.figures.figure import Axis, Curve, Filling, Mark, Plot, Span, unwrapped
 from shakerproc.report.figures.style import COLOURS
-from shakerproc.runs.thinning import straightened, thinned
+from shakerproc.runs.panels import straightened, thinned
 
 ROUNDING: Final = 1e-9
 """How far beyond the end of an axis a value still lies on it, as a share of the axis [-]."""
@@ -139,14 +139,14 @@ def plot(
     x_axis, y_axis, names = content.x, content.y, content.names
     bottom = _BOTTOM if x_axis.label else _BARE
     box = Box(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - bottom)
-    numbers = Markup("") if names else live.payload(content)
+    numbers = Markup("") if names else figure.payload(content)
     parts = [
         Markup('<svg viewBox="0 0 {} {}" class="plot" role="img"><title>{}</title>').format(
             width * UNIT, height * UNIT, title
         ),
         *(_span(span, x_axis, box) for span in content.spans),
         grid(x_axis, y_axis, box, height, names),
-        Markup("") if content.image is None else heat_map.picture(content.image, box),
+        Markup("") if content.image is None else axes.picture(content.image, box),
         *(
             _drawn(unwrapped(_thinned(item, most), y_axis), x_axis, y_axis, box)
             for item in content.items
@@ -157,7 +157,7 @@ def plot(
     ]
     drawn = Markup('<div class="draw">{}{}</div>').format(Markup("").join(parts), numbers)
     if content.image is not None:
-        return drawn + heat_map.scale(content.image)
+        return drawn + axes.scale(content.image)
     return drawn + (legend(content.items) if keys else Markup(""))
 
 

@@ -17,8 +17,7 @@ from shakerproc.modal.shapes import mac
 from shakerproc.modal.stabilisation import frequency_of
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
-from shakerproc.report.figures.axes import UNIT
-from shakerproc.report.figures.heat_map import WHITE_FROM
+from shakerproc.report.figures.axes import UNIT, WHITE_FROM
 from shakerproc.report.figures.to_png import save
 from shakerproc.report.figures.units import read_ratio
 from shakerproc.report.trends import draw_trends

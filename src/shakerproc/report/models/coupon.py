@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakerproc.exchange.tensile import JointStiffness, TensileRun
+from shakerproc.finite_elements.annular_meshes import NamedMode
 from shakerproc.finite_elements.annular_plate import mindlin_modes
 from shakerproc.finite_elements.coupon import Coupon
-from shakerproc.finite_elements.mode_table import NamedMode
 from shakerproc.report.figures import style
 
 if TYPE_CHECKING:

@@ -7,10 +7,9 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models import EFFECTS, FAULTS
-from shakerproc.models.effects import AttachedMode, StiffnessDrift
+from shakerproc.models.effects import AttachedMode, StiffnessDrift, example_of
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
-from shakerproc.models.examples import FAULT_EXAMPLES, example_of
-from shakerproc.models.faults import AbstractFault
+from shakerproc.models.faults import FAULT_EXAMPLES, AbstractFault
 from shakerproc.numerals import numeral
 from shakerproc.report.figures import style
 

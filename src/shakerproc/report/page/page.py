@@ -20,7 +20,7 @@ from shakerproc import __version__, files
 from shakerproc.campaign.trend import Trend
 from shakerproc.campaign.trends import trend_sentence
 from shakerproc.errors import PrintingError
-from shakerproc.report.figures import axes, heat_map, live, style, to_svg
+from shakerproc.report.figures import axes, figure, style, to_svg
 from shakerproc.report.figures.units import USUAL, ShownUnits
 from shakerproc.report.page.methods import Methods, methods_of
 from shakerproc.report.page.sections import (
@@ -45,7 +45,7 @@ from shakerproc.report.runs.view import (
     run_view,
 )
 from shakerproc.report.trends import page_figures
-from shakerproc.runs.analysis import PanelScale
+from shakerproc.runs.panels import PanelScale
 from shakerproc.runs.summary import (
     AnalysisSummary,
     ChannelSummary,
@@ -216,7 +216,7 @@ LOOK: Final = {
     "colours": style.COLOURS,
     "dashes": style.DASHES,
     "markers": to_svg.MARKERS,
-    "steps": heat_map.COLOURS,
+    "steps": axes.COLOURS,
 }
 
 
@@ -233,7 +233,7 @@ def html(report: Report) -> str:
     script = _script(templates)
     content = {
         "page": _page(report),
-        "look": live.quoted(json.dumps(LOOK)),
+        "look": figure.quoted(json.dumps(LOOK)),
         "style": css,
         "script": script,
         "style_hash": _source_hash(css),
@@ -301,7 +301,12 @@ def _page(report: Report) -> _Page:
         title=report.title,
         made=f"shakerproc {__version__}, {files.now():%Y-%m-%d %H:%M} UTC",
         verdict=units.text(
-            " ".join(filter(None, (opening, report.verdict or _trend_text(report)))),
+            " ".join(
+                filter(
+                    None,
+                    (opening, report.verdict or trend_sentence(report.runs, report.channel)),
+                )
+            ),
             [report.channel],
         ),
         counts=view.counts(report.runs),
@@ -331,10 +336,6 @@ def _page(report: Report) -> _Page:
 def _not_drawn(report: Report) -> str:
     titles = "; ".join(title.rstrip(".") for title in report.without_points)
     return f"Not drawn, as no two values have a run: {titles}." if titles else ""
-
-
-def _trend_text(report: Report) -> str:
-    return trend_sentence(report.runs, report.channel)
 
 
 def _provenance(report: Report, methods: Methods) -> list[str]:

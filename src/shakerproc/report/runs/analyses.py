@@ -14,7 +14,7 @@ from shakerproc.report.figures.to_png import LEFT, drawable, save
 from shakerproc.report.figures.units import USUAL
 from shakerproc.report.page.sections import PageFigure
 from shakerproc.report.runs.in_units import panel_in
-from shakerproc.runs.analysis import Look, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summary import LineSummary, PanelSummary, RunSummary
 

@@ -24,10 +24,10 @@ from shakerproc.report.runs.in_units import (
     run_in,
     surface_in,
 )
+from shakerproc.runs.panels import Envelope, envelope
 from shakerproc.runs.result import RunResult
 from shakerproc.runs.summarising import curves_of, numbers_of, surface_of
 from shakerproc.runs.summary import RunSummary
-from shakerproc.runs.thinning import Envelope, envelope
 from shakerproc.testlog import facts_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from shakerproc.data import FloatArray
 from shakerproc.report.figures import style
 from shakerproc.report.figures.figure import Axis, Curve, Span
 from shakerproc.report.figures.units import ShownUnits
-from shakerproc.runs.analysis import Panel, PanelScale
+from shakerproc.runs.panels import Panel, PanelScale
 from shakerproc.runs.summarising import RunCurve, RunSurface
 from shakerproc.runs.summary import (
     SURFACE_STEPS,

@@ -8,7 +8,7 @@ import numpy as np
 from shakerproc.data import Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows, rounded_up
 from shakerproc.spectra.responses import estimators

@@ -10,7 +10,7 @@ from shakerproc.data import Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import RINGS, AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra.decays import (
     DecayCurve,

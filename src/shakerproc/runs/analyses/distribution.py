@@ -7,7 +7,7 @@ import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.spectra import Statistics
 

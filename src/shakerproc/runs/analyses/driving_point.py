@@ -5,7 +5,7 @@ from typing import ClassVar, Final, final
 
 from shakerproc.data import ChannelUse, Recording
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.runs.result import RunResult, lone_force
 from shakerproc.runs.roles import sense_of, uses_of
 from shakerproc.spectra.responses.estimators import INTEGRATIONS, power_share

@@ -11,7 +11,7 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_ratio, shown_unit
 from shakerproc.runs.tables import spelled, spelled_ratio
 from shakerproc.spectra import Tone

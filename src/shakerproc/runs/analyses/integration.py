@@ -8,9 +8,8 @@ import numpy as np
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
-from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analyses.signals import accelerations
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.analyses import AbstractAnalysis, accelerations
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.integration import integrated, straight_baseline
 

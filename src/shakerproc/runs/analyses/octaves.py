@@ -6,9 +6,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.errors import SpectrumError
-from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analyses.signals import offset_free
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.analyses import AbstractAnalysis, offset_free
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.octaves import (

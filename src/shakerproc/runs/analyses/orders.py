@@ -10,7 +10,7 @@ from shakerproc.data import ComplexArray, FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.roles import is_called, row_asked_for
 from shakerproc.runs.tables import spelled

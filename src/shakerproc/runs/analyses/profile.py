@@ -11,8 +11,8 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import flags, levels
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.levels import BEYOND_ALARM, rounded_within
+from shakerproc.runs.panels import Analysis, Cell, Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra import CrossSpectra

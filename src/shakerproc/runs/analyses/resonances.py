@@ -8,8 +8,8 @@ import numpy as np
 from shakerproc import spectra
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.pairs import ChannelPair, functions_of
+from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra import Damping
 

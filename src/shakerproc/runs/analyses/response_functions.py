@@ -7,8 +7,8 @@ import numpy as np
 
 from shakerproc.data import FloatArray, Recording
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.pairs import ChannelPair, force_remarks, functions_of
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import BoolArray, RunResult
 
 DRAWN: Final = 8

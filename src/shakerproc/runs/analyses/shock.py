@@ -5,9 +5,13 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
-from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analyses.signals import accelerations, natural_frequencies, offset_free
-from shakerproc.runs.analysis import Analysis, Cell, Panel, PanelLine, PanelScale
+from shakerproc.runs.analyses import (
+    AbstractAnalysis,
+    accelerations,
+    natural_frequencies,
+    offset_free,
+)
+from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.response_spectra import PARTS, QUANTITIES, ShockSpectra, shock_spectra
 

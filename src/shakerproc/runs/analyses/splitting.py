@@ -9,9 +9,8 @@ import numpy as np
 from shakerproc.data import STANDARD_GRAVITY, FloatArray, Recording
 from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
-from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analyses.signals import accelerations, natural_frequencies
-from shakerproc.runs.analysis import Analysis, Cell, Look, Panel, PanelLine, PanelScale
+from shakerproc.runs.analyses import AbstractAnalysis, accelerations, natural_frequencies
+from shakerproc.runs.panels import Analysis, Cell, Look, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.response_spectra import shock_spectra
 from shakerproc.spectra.splitting import CELL, Cells, RecordPart, ShockRule, cells_of, split

@@ -1,21 +1,199 @@
-"""The tones of a sine on random, each judged by itself: frequency and amplitude."""
+"""Tones: taken out of a recording (sine on random, a notched one), and judged one by one."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
+from dataclasses import dataclass, replace
+from typing import ClassVar, Final, final
 
 import numpy as np
 
-from shakerproc.data import Recording
+from shakerproc import spectra
+from shakerproc.data import FloatArray, Recording, SampleSource
+from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell
+from shakerproc.runs.averaging import averaged, welch
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE
-from shakerproc.runs.result import RunResult, shown_unit
+from shakerproc.runs.panels import Analysis, Cell
+from shakerproc.runs.result import (
+    NotchResult,
+    RunResult,
+    shown_unit,
+)
 from shakerproc.runs.tables import spelled
-from shakerproc.runs.tones import frequency_tolerance
-from shakerproc.spectra.tones.lines import MixedTones
+from shakerproc.spectra import Crop
+from shakerproc.spectra.tones.lines import MixedTones, centre_of, check_separable, mixed_tones
+from shakerproc.testlog import Test
 from shakerproc.testlog.excitation import DemandedTone
+
+FILTERED: Final = 2**20
+"""Samples of each channel that a notch is cut into at most, from the middle."""
+
+FREQUENCY_TOLERANCE: Final = ((0.25, 0.05, 0.0), (5.0, 0.0, 0.2), (50.0, 1.0, 0.0))
+"""Up to which frequency [Hz] a tone may be how far off: [Hz], and [-] (IEC 60068-2-6)."""
+
+ABOVE: Final = 0.02
+"""The same above the last of them [-]."""
+
+
+def notched(recording: Recording, crop: Crop, test: Test) -> tuple[NotchResult | None, str]:
+    """Return the second look that the log asks for, or why it cannot be had."""
+    if test.notch_hz is None:
+        return None, ""
+    longest = FILTERED
+    part, problem = crop, ""
+    if crop.n_samples > longest:
+        first = crop.start + (crop.n_samples - longest) // 2
+        part = Crop(first, first + longest)
+        problem = (
+            f"only {numeral(longest / recording.sample_rate, 4)} s from the middle were "
+            "filtered"
+        )
+    try:
+        return _without_tone(recording, part, test, test.notch_hz), problem
+    except SpectrumError as error:
+        return None, str(error)
+
+
+def _without_tone(
+    recording: Recording, crop: Crop, test: Test, frequency: float
+) -> NotchResult:
+    """Return the responses without the tone: two periods from the middle, and densities.
+
+    One channel after the other, so that a long recording needs little memory.
+    """
+    rate, cut = recording.sample_rate, test.processing.notch
+    before, after, density = [], [], []
+    start, part = 0, slice(0)
+    for row, channel in enumerate(recording.channels):
+        if channel.role == "control":
+            continue
+        samples = recording.select([row]).samples(crop.start, crop.stop)
+        result = spectra.notch(
+            samples, rate, frequency, width=cut.width, harmonics=cut.harmonics, trim=cut.trim
+        )
+        n_samples, size = result.samples.shape[1], round(2.0 * rate / frequency) + 1
+        first = max(0, (n_samples - size) // 2)
+        start, part = result.start, slice(first, min(first + size, n_samples))
+        before.append(samples[0, start + part.start : start + part.stop].copy())
+        after.append(result.samples[0, part].copy())
+        density.append(spectra.psd(welch(iter((result.samples,)), rate, test))[0])
+    return NotchResult(
+        frequency=frequency,
+        time=(crop.start + start + np.arange(part.start, part.stop)) / rate,
+        before=np.array(before),
+        after=np.array(after),
+        psd=np.array(density),
+    )
+
+
+def frequency_tolerance(frequency: float) -> float:
+    """Return how far a tone may lie from its `frequency` [Hz] by IEC 60068-2-6 [Hz]."""
+    for end, fixed, share in FREQUENCY_TOLERANCE:
+        if frequency <= end:
+            return fixed + share * frequency
+    return ABOVE * frequency
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _WithoutTones(SampleSource):
+    """Samples of a recording less its tones."""
+
+    recording: Recording
+    tones: MixedTones
+    start: int
+
+    def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
+        samples = self.recording.samples(start, stop)[list(rows)]
+        rate, first = self.recording.sample_rate, start - self.start
+        return samples - self.tones.at(rows, first, stop - start, rate)
+
+    def close(self) -> None:
+        """Do nothing: the recording closes its own source."""
+
+
+def tones_taken_out(
+    recording: Recording, crop: Crop, test: Test
+) -> tuple[MixedTones | None, Recording]:
+    """Return the tones of a sine on random and the recording without them.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    crop : Crop
+        The run in it, outside of which nothing is taken out that means anything.
+    test : Test
+        What the log says of it.
+
+    Returns
+    -------
+    MixedTones or None, Recording
+        None and the recording itself of any other excitation.
+
+    Raises
+    ------
+    SpectrumError
+        If the controls hold no fixed tone, or the run does not tell its tones apart.
+    """
+    if test.excitation != "sine on random":
+        return None, recording
+    controls = levels.watched(test, recording.channels)
+    if not controls:
+        raise SpectrumError(
+            "sine on random: no channel measures its tones; give one the role control"
+        )
+    found = mixed_tones(
+        lambda start, stop: recording.samples(crop.start + start, crop.start + stop),
+        crop.n_samples,
+        recording.sample_rate,
+        controls,
+        frequency=_places(recording, crop, test, controls),
+        stretch=test.processing.welch.segment,
+    )
+    source = _WithoutTones(recording, found, crop.start)
+    rows = tuple(range(len(recording.channels)))
+    return found, replace(recording, source=source, rows=rows)
+
+
+def _places(
+    recording: Recording, crop: Crop, test: Test, controls: Sequence[int]
+) -> list[float]:
+    """Return where the tones are, near those of the log, else the steady ones [Hz].
+
+    Raises
+    ------
+    SpectrumError
+        If the log says none and none is steady.
+    """
+    cross, _ = averaged(recording, crop, test)
+    if not test.tones:
+        band = test.band or (0.0, cross.sample_rate / 2.0)
+        lines = spectra.steady_lines(cross, controls, band)
+        if not lines:
+            raise SpectrumError(
+                "sine on random: the controls hold no tone of fixed frequency, and other tones "
+                "are not known; state tones: [{frequency: ...}], or excitation: random"
+            )
+        return sorted(line.frequency for line in lines)
+    density = spectra.psd(cross)[list(controls)].mean(axis=0)
+    places, stated = [], [tone.frequency for tone in test.tones]
+    check_separable(stated, test.processing.welch.segment, cross.sample_rate)
+    for tone in test.tones:
+        reach = max(frequency_tolerance(tone.frequency), cross.bin_width)
+        others = [abs(tone.frequency - one) / 2.0 for one in stated if one != tone.frequency]
+        reach = min([reach, *others])
+        near = np.abs(cross.frequency - tone.frequency) <= reach
+        if not near.any():
+            raise SpectrumError(
+                f"sine on random: the tone of {tone.frequency:g} Hz lies above half the sample "
+                f"rate, {cross.sample_rate / 2.0:g} Hz"
+            )
+        peak = int(np.argmax(np.where(near, density, -1.0)))
+        at = centre_of(cross, density, peak)
+        places.append(float(np.clip(at, tone.frequency - reach, tone.frequency + reach)))
+    return places
 
 
 @final

@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray, Recording
 from shakerproc.numerals import numeral
 from shakerproc.runs import levels
 from shakerproc.runs.analyses import AbstractAnalysis
-from shakerproc.runs.analysis import Analysis, Cell
 from shakerproc.runs.budget import (
     COVERAGE,
     GROUPS,
@@ -32,6 +31,7 @@ from shakerproc.runs.budget import (
     unknown,
 )
 from shakerproc.runs.pairs import functions_of
+from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.runs.result import BoolArray, ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.tracking import SweptReading
 from shakerproc.spectra import Damping

@@ -8,8 +8,13 @@ from shakerproc.studies.kinds.base import AbstractKind, Option
 from shakerproc.studies.kinds.curves import BackboneKind, ForceLaw, ResponseKind
 from shakerproc.studies.kinds.formula import Formula
 from shakerproc.studies.kinds.grid import Grid
-from shakerproc.studies.kinds.motion import Bifurcation, MotionKind, Poincare
-from shakerproc.studies.kinds.spectra import Spectra, SpectrogramKind
+from shakerproc.studies.kinds.runs import (
+    Bifurcation,
+    MotionKind,
+    Poincare,
+    Spectra,
+    SpectrogramKind,
+)
 
 KINDS: Final[Mapping[str, AbstractKind]] = MappingProxyType({
     "grid": Grid(),
