@@ -38,7 +38,7 @@ from shakerproc.models.validation import check_sampled
 from shakerproc.numerals import numeral
 from shakerproc.recordings import MOST_LOST
 from shakerproc.runs import open_test
-from shakerproc.runs.conditions import conditions_of
+from shakerproc.runs.opening import conditions_of
 from shakerproc.runs.summary import unused_lines
 from shakerproc.testlog import Test, TestLog
 

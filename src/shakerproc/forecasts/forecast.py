@@ -76,7 +76,7 @@ from shakerproc.models import Conditions, Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.drive import duration_of_test
 from shakerproc.planning.rehearsal import check_drive
-from shakerproc.runs.conditions import stated
+from shakerproc.runs.opening import stated
 from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.header import Limit
 

@@ -1,17 +1,19 @@
-"""A test of the log, opened: its recording with roles, names and units."""
+"""A test of the log, opened: its recording with roles, names and units, and its conditions."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from shakerproc.data import ChannelUse, Recording
+from shakerproc.models import Conditions
+from shakerproc.numerals import numeral
 from shakerproc.recordings import FilePart, Sampling, open_recording
 from shakerproc.recordings.raw import RawGroup
 from shakerproc.recordings.source_files import FileHash
 from shakerproc.runs.flags import calibration_sentences
 from shakerproc.runs.joining import in_sequence, side_by_side
 from shakerproc.runs.roles import UnitOption, by_sheet, usual_uses, with_unit
-from shakerproc.testlog import Test, TestLog, check_expectation
+from shakerproc.testlog import Expectation, Test, TestLog, check_expectation
 
 
 def open_test(log: TestLog, test: Test) -> Recording:
@@ -160,3 +162,39 @@ def _by_sheet_alone(among: RawGroup, said: Sequence[ChannelUse] | None) -> Seque
 def _without_length(test: Test) -> Test:
     """Return a test that expects no duration: that a recording is cut short is flagged."""
     return replace(test, expect=replace(test.expect, duration=None))
+
+
+def stated(test: Test) -> Conditions:
+    """Return the conditions of a test that its log states."""
+    return Conditions(test.conditions, f"test {test.id}")
+
+
+def conditions_of(test: Test) -> tuple[Conditions, tuple[str, ...]]:
+    """Return all conditions of a test, and how much those vary that a channel measures.
+
+    Of a channel the mean over the recording counts; what the log states counts before it.
+
+    Raises
+    ------
+    ShakerprocError
+        If the recording cannot be used.
+    """
+    values, told = dict(test.conditions), list[str]()
+    for use in test.measured_conditions:
+        name = use.name or str(use.key)
+        if name not in values:
+            mean, spread, unit = _mean(test, use)
+            values[name] = f"{mean:.9g} {unit}"
+            told.append(
+                f"{name} {numeral(mean)} {unit} in the mean, varying by {numeral(spread, 2)} "
+                f"{unit} rms"
+            )
+    return Conditions(values, f"test {test.id}"), tuple(told)
+
+
+def _mean(test: Test, use: ChannelUse) -> tuple[float, float, str]:
+    """Return mean and standard deviation of a channel over the recording, and their unit."""
+    alone = replace(test, channels=(use,), beside=(), expect=Expectation())
+    with open_path(test.require_recording(), alone) as recording:
+        samples, unit = recording.samples()[0], recording.channels[0].unit
+    return float(samples.mean()), float(samples.std()), unit

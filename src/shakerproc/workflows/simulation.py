@@ -12,7 +12,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ArgumentError, LogError
 from shakerproc.models import Model
 from shakerproc.numerals import numeral
-from shakerproc.runs.conditions import stated
+from shakerproc.runs.opening import stated
 from shakerproc.runs.result import shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.simulation import SimulatedResponse as Simulated

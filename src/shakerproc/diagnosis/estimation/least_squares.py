@@ -13,7 +13,6 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.correlation import correlation_of
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.of_tests import offsets_in, spreads_of
@@ -21,7 +20,7 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
 from shakerproc.diagnosis.estimation.residuals import EXCESS
-from shakerproc.diagnosis.estimation.spread import Spread, axes_of
+from shakerproc.diagnosis.estimation.spread import Spread, axes_of, correlation_of
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.diagnosis.estimation.window_starts import with_best_starts
