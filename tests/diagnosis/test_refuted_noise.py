@@ -33,7 +33,7 @@ def test_the_last_noise_of_the_input_makes_no_more_than_the_error_that_was_left(
     (arrays, *_) = arrays_of(one_mass())
     last = Refuted(inputs=(DISAGREEMENT, QUIET, ABOVE))
     (test,) = prepared([arrays], refuted={arrays.name: last})
-    assert test.noise_density.input_source == LEFT
+    assert test.noise_density.input_source == ABOVE
     counted = np.ones(test.n_samples, bool)
     scored = Scored(
         test.responses, 1.1 * test.responses, test.sample_rate, test.arrays.band, counted
@@ -43,10 +43,19 @@ def test_the_last_noise_of_the_input_makes_no_more_than_the_error_that_was_left(
     found = with_more_refuted(scored, test.noise_density, draws, last)
     assert found.share == pytest.approx((0.1 / 0.3) ** 2, rel=1e-3)
     (less,) = prepared([arrays], refuted={arrays.name: found})
+    assert less.noise_density.input_source == LEFT
     ratio = less.noise_density.input / test.noise_density.input
     assert ratio == pytest.approx(found.share)
     scaled = floor_draws(scored, less.noise_density, passed * found.share**0.5)
     assert with_more_refuted(scored, less.noise_density, scaled, found) == found
+
+
+def test_an_error_that_sensors_alone_explain_leaves_no_room_for_noise_of_the_input():
+    (arrays, *_) = arrays_of(one_mass())
+    none = Refuted(inputs=(DISAGREEMENT, QUIET, ABOVE), share=0.0)
+    (test,) = prepared([arrays], refuted={arrays.name: none})
+    assert test.noise_density.input_source == UNKNOWN
+    assert not test.noise_density.input.any()
 
 
 def test_noise_of_an_input_that_is_not_known_is_not_refuted():

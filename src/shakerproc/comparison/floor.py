@@ -142,7 +142,7 @@ def with_more_refuted(
         return replace(refuted, responses=_with(refuted.responses, noise.source))
     driven = noise.input_source != UNKNOWN
     if driven and draws is not None and all(is_beaten(test, one) for one in draws):
-        if noise.input_source == LEFT:
+        if noise.input_source in {LEFT, *refuted.inputs}:
             return replace(refuted, share=refuted.share * _room(test, noise, draws))
         return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
     return refuted

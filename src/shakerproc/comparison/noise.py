@@ -17,6 +17,10 @@ UNKNOWN: Final = "unknown"
 LEFT: Final = "error that a model leaves"
 """Source of noise of the input where all others told too much: it makes no more than that."""
 
+AGREES: Final = 1.0 / 1.5**2
+"""Share of the last estimate of the noise of the input that is left where that agrees with what
+a model leaves: up to 1.5 times a floor an error counts as noise [-]."""
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,7 +144,9 @@ def noise_of(
     drive, drive_source = _first(_INPUTS, test, twins, refuted.inputs)
     if refuted.inputs and (drive is None or drive_source in refuted.inputs):
         last, _ = _first({name: _INPUTS[name] for name in refuted.inputs[-1:]}, test, twins, ())
-        drive, drive_source = None if last is None else refuted.share * last, LEFT
+        room = last is not None and refuted.share > 0.0
+        drive = refuted.share * last if room else None
+        drive_source = LEFT if refuted.share < AGREES else refuted.inputs[-1]
     if drive is None:
         drive, drive_source = np.zeros((1, frequency.size)), UNKNOWN
     least_drive = resolved[:own].sum() / own**2

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.comparison.noise import Refuted
+from shakerproc.comparison.noise import AGREES, Refuted
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
@@ -303,7 +303,7 @@ def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
                     f"{test}: there is less noise of {of} than {' and '.join(sources)} said, "
                     "for a model leaves less of what was held out; the next estimate was taken."
                 )
-        if own.share < 1.0:
+        if 0.0 < own.share < AGREES:
             notes.append(
                 f"{test}: nothing else tells the noise of the input; it is taken as what the "
                 "model leaves, and no probability is told."
