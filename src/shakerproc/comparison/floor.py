@@ -142,9 +142,10 @@ def with_more_refuted(
         return replace(refuted, responses=_with(refuted.responses, noise.source))
     driven = noise.input_source != UNKNOWN
     if driven and draws is not None and all(is_beaten(test, one) for one in draws):
-        if noise.input_source in {LEFT, *refuted.inputs}:
-            return replace(refuted, share=refuted.share * _room(test, noise, draws))
-        return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
+        if noise.input_source not in {LEFT, *refuted.inputs}:
+            return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
+        if refuted.share == 1.0:  # told once: what is left of it ends no search
+            return replace(refuted, share=_room(test, noise, draws))
     return refuted
 
 
