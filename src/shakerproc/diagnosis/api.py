@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
-from shakerproc.diagnosis import component_tests, wording
+from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.beside import with_all
 from shakerproc.diagnosis.campaign import as_it_is, campaign_of
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared, with_noise_of
@@ -17,11 +17,11 @@ from shakerproc.diagnosis.estimation.linear import as_given
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
-from shakerproc.diagnosis.outcome import at_the_horizon
+from shakerproc.diagnosis.outcome import at_the_horizon, ruled_out, told
 from shakerproc.diagnosis.plausibility import check_plausible
 from shakerproc.diagnosis.result import Diagnosis
-from shakerproc.diagnosis.search import ruled_out, search, told
-from shakerproc.diagnosis.selection.refuted import with_more_refuted
+from shakerproc.diagnosis.search import search
+from shakerproc.diagnosis.selection.refuted import refuted_notes, with_more_refuted
 from shakerproc.diagnosis.selection.scores import ranked
 from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.diagnosis.updated import Comparisons
@@ -161,7 +161,7 @@ def diagnose_arrays(
     verdict = judged(
         found, clearances=clearances, shaker=shaker, seed=seed, comparisons=comparisons
     )
-    return replace(verdict, notes=(*verdict.notes, *wording.refuted_notes(refuted)))
+    return replace(verdict, notes=(*verdict.notes, *refuted_notes(refuted)))
 
 
 def search_component_tests(

@@ -1,16 +1,20 @@
 """Remaining hypotheses at the longest horizon at which they can be told apart."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
-from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.campaign import Campaign, as_it_is
+from shakerproc.diagnosis.estimation.beginnings import grouped
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.richer_laws import richer_laws
+from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared, scored_at
 from shakerproc.diagnosis.more_effects import parts_of
+from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import (
     Score,
     best_of,
@@ -18,6 +22,7 @@ from shakerproc.diagnosis.selection.scores import (
     ranked,
 )
 from shakerproc.diagnosis.simpler_laws import with_simpler
+from shakerproc.models import Model
 
 
 @final
@@ -88,3 +93,31 @@ def _with_richer(
             if not leaves_something(score):
                 return list(found.values())
     return list(found.values())
+
+
+def told(
+    original: Model,
+    linear_model: LinearModel,
+    outcome: Outcome,
+    failed: Mapping[str, str],
+    starts: Sequence[Start],
+) -> Found:
+    """Return the findings, with candidates that failed or were not continued so far."""
+    return Found(
+        data=outcome.campaign.data,
+        linear_model=linear_model,
+        form=outcome.forms[-1],
+        before=as_it_is(original, outcome.linear.fit),
+        linear=outcome.linear,
+        effects=tuple(outcome.effects),
+        free=None,
+        ruled_out=ruled_out(starts, outcome.singles),
+        failed=failed,
+    )
+
+
+def ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:
+    """Return the best start of each effect and joint that was not fitted to longer windows."""
+    tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
+    first = [own[0] for own in grouped(starts).values()]
+    return tuple(start for start in first if (start.kind, start.between) not in tried)

@@ -1,15 +1,15 @@
 """The search: linear model, screening, growing windows, the horizon, held-out scores."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, final
 
 from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
-from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
+from shakerproc.diagnosis.campaign import Campaign, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.differing import alone, scales_between, where_tests_differ
-from shakerproc.diagnosis.estimation.beginnings import as_in, grouped
+from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.correction import (
     corrected,
     explains,
@@ -35,7 +35,7 @@ from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import mode_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
-from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, widened
+from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told, widened
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
@@ -277,31 +277,3 @@ def _outcomes(
     yield first or at_the_horizon(
         campaign, linear, singles, say, one_more=one_more, hidden=hidden
     )
-
-
-def told(
-    original: Model,
-    linear_model: LinearModel,
-    outcome: Outcome,
-    failed: Mapping[str, str],
-    starts: Sequence[Start],
-) -> Found:
-    """Return the findings, with candidates that failed or were not continued so far."""
-    return Found(
-        data=outcome.campaign.data,
-        linear_model=linear_model,
-        form=outcome.forms[-1],
-        before=as_it_is(original, outcome.linear.fit),
-        linear=outcome.linear,
-        effects=tuple(outcome.effects),
-        free=None,
-        ruled_out=ruled_out(starts, outcome.singles),
-        failed=failed,
-    )
-
-
-def ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:
-    """Return the best start of each effect and joint that was not fitted to longer windows."""
-    tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
-    first = [own[0] for own in grouped(starts).values()]
-    return tuple(start for start in first if (start.kind, start.between) not in tried)

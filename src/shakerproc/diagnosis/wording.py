@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.comparison.noise import AGREES, Refuted
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
@@ -291,21 +290,3 @@ def _fall(errors: Errors) -> str:
     alone = min(errors.without or held.before, held.before)
     own = numeral(alone) != numeral(held.before)
     return f"{fall} ({numeral(alone)} with no effect)" if own else fall
-
-
-def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
-    """Return which estimates of the noise were too large, of responses and inputs, by test."""
-    notes = []
-    for test, own in refuted.items():
-        for of, sources in (("the responses", own.responses), ("the input", own.inputs)):
-            if sources:
-                notes.append(
-                    f"{test}: there is less noise of {of} than {' and '.join(sources)} said, "
-                    "for a model leaves less of what was held out; the next estimate was taken."
-                )
-        if 0.0 < own.share < AGREES:
-            notes.append(
-                f"{test}: nothing else tells the noise of the input; it is taken as what the "
-                "model leaves, and no probability is told."
-            )
-    return notes

@@ -1,12 +1,10 @@
 """Tests as arrays: what drives, what answers, what is held out, how noisy it is."""
 
-from shakerproc.diagnosis.data.motion import JointMotion
+from shakerproc.diagnosis.data.motion import JointMotion, members_of, models_of
 from shakerproc.diagnosis.data.tests import (
     Test,
     TestArrays,
     check,
-    members_of,
-    models_of,
     prepared,
     with_noise_of,
 )

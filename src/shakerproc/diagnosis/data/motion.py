@@ -1,11 +1,12 @@
 """Relative motion of the two sides of a joint: measured where it can be, else the model's."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data.tests import Test
@@ -175,3 +176,32 @@ def frequency_of(motions: Sequence[JointMotion]) -> float:
     velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
     displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
     return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
+
+
+def models_of(model: Model, tests: Sequence[Test]) -> tuple[Model, ...]:
+    """Return the model of each test: that under its conditions, one where these are alike."""
+    made: dict[tuple[float, ...], Model] = {}
+    found = []
+    for test in tests:
+        shares = tuple(scale.share(test.conditions) for scale in model.scales)
+        if shares not in made:
+            made[shares] = model.under(test.conditions)
+        found.append(made[shares])
+    return tuple(found)
+
+
+def members_of(
+    models: Sequence[Model], table: NDArray[np.int64]
+) -> Iterator[tuple[Model, NDArray[np.int64]]]:
+    """Yield each model once, and which windows are of a test that has it.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        Of each test.
+    table : (n_windows, 3) array of int
+        Test, first sample, and number of samples.
+    """
+    owner = np.array([next(i for i, one in enumerate(models) if one is own) for own in models])
+    for i in np.unique(owner[table[:, 0]]):
+        yield models[i], np.flatnonzero(owner[table[:, 0]] == i)

@@ -1,6 +1,6 @@
 """Tests as arrays in SI units: as a caller gives them, and as the estimation needs them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import ClassVar, Final, final
@@ -21,7 +21,7 @@ from shakerproc.comparison.noise_sources import (
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.sensor_faults import clipped
 from shakerproc.errors import DiagnosisError
-from shakerproc.models import NO_CONDITIONS, Conditions, Model
+from shakerproc.models import NO_CONDITIONS, Conditions
 
 NYQUIST_SHARE: Final = 0.45
 """Highest compared frequency over the sample rate: above it the recorder's filter rules [-]."""
@@ -252,35 +252,6 @@ def _run_in(drive: FloatArray, sample_rate: float) -> int:
     power = np.cumsum(drive**2)
     first = min(round(sample_rate), drive.size // 10)
     return first if first and power[-1] > 0.0 and power[first - 1] <= 0.5 * power[-1] else 0
-
-
-def models_of(model: Model, tests: Sequence[Test]) -> tuple[Model, ...]:
-    """Return the model of each test: that under its conditions, one where these are alike."""
-    made: dict[tuple[float, ...], Model] = {}
-    found = []
-    for test in tests:
-        shares = tuple(scale.share(test.conditions) for scale in model.scales)
-        if shares not in made:
-            made[shares] = model.under(test.conditions)
-        found.append(made[shares])
-    return tuple(found)
-
-
-def members_of(
-    models: Sequence[Model], table: NDArray[np.int64]
-) -> Iterator[tuple[Model, NDArray[np.int64]]]:
-    """Yield each model once, and which windows are of a test that has it.
-
-    Parameters
-    ----------
-    models : sequence of Model
-        Of each test.
-    table : (n_windows, 3) array of int
-        Test, first sample, and number of samples.
-    """
-    owner = np.array([next(i for i, one in enumerate(models) if one is own) for own in models])
-    for i in np.unique(owner[table[:, 0]]):
-        yield models[i], np.flatnonzero(owner[table[:, 0]] == i)
 
 
 def with_noise_of(tests: Sequence[Test], others: Sequence[Test]) -> tuple[Test, ...]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from shakerproc.comparison import floor
-from shakerproc.comparison.noise import NOT_REFUTED, Refuted
+from shakerproc.comparison.noise import AGREES, NOT_REFUTED, Refuted
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test, with_noise_of
 from shakerproc.diagnosis.found import Found
@@ -46,3 +46,21 @@ def with_more_refuted(
         known = more
         data = replace(data, tests=with_noise_of(data.tests, estimated(known)))
         floors = floors_of(data, best, windows)
+
+
+def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
+    """Return which estimates of the noise were too large, of responses and inputs, by test."""
+    notes = []
+    for test, own in refuted.items():
+        for of, sources in (("the responses", own.responses), ("the input", own.inputs)):
+            if sources:
+                notes.append(
+                    f"{test}: there is less noise of {of} than {' and '.join(sources)} said, "
+                    "for a model leaves less of what was held out; the next estimate was taken."
+                )
+        if 0.0 < own.share < AGREES:
+            notes.append(
+                f"{test}: nothing else tells the noise of the input; it is taken as what the "
+                "model leaves, and no probability is told."
+            )
+    return notes
