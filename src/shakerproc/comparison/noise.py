@@ -144,8 +144,7 @@ def noise_of(
     drive, drive_source = _first(_INPUTS, test, twins, refuted.inputs)
     if refuted.inputs and (drive is None or drive_source in refuted.inputs):
         last, _ = _first({name: _INPUTS[name] for name in refuted.inputs[-1:]}, test, twins, ())
-        room = last is not None and refuted.share > 0.0
-        drive = refuted.share * last if room else None
+        drive = None if last is None or refuted.share == 0.0 else refuted.share * last
         drive_source = LEFT if refuted.share < AGREES else refuted.inputs[-1]
     if drive is None:
         drive, drive_source = np.zeros((1, frequency.size)), UNKNOWN
