@@ -55,7 +55,7 @@ def with_all(
     """Return the result with every effect, where none that explains more can be named.
 
     And more than noise is left, or a force without a name explains more than any that was
-    fitted, or the best leaves noise of what was held out and more of what it was fitted to.
+    fitted, or what stands leaves noise of what was held out and more of a test (`doubtful`).
     Those `known` race, too; none where motions are imposed, and so held already.
     """
     if not (doubtful(found) or wants_more(found) or is_outside(found)):

@@ -48,9 +48,13 @@ def _without_effects(data: DataSet, found: Fit) -> Fit | None:
     """Return the model alone, begun with its own numbers in a fit; None if far behind that."""
     none = replace(found.hypothesis, added=())
     own = found.hypothesis.parts(found.x)[0]
+    try:
+        starts = _starts(found, none, own)
+    except ModelError:  # no model stands so without its effect
+        return None
     first = fit(
         data, none, own, found.windows, rounds=FIRST_ROUNDS, channels=found.channels,
-        starts=_starts(found, none, own),
+        starts=starts,
     )  # fmt: skip
     is_near = first is not None and not _is_far_behind(data, first, found)
     return gone_on(first, rounds=ROUNDS) if first is not None and is_near else None
