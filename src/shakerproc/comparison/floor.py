@@ -144,7 +144,7 @@ def with_more_refuted(
     if driven and draws is not None and all(is_beaten(test, one) for one in draws):
         if noise.input_source not in {LEFT, *refuted.inputs}:
             return replace(refuted, inputs=_with(refuted.inputs, noise.input_source))
-        if refuted.share == 1.0:  # told once: what is left of it ends no search
+        if refuted.share == 1.0:  # once: a better model would ask for another search
             return replace(refuted, share=_room(test, noise, draws))
     return refuted
 

@@ -17,9 +17,12 @@ UNKNOWN: Final = "unknown"
 LEFT: Final = "error that a model leaves"
 """Source of noise of the input where all others told too much: it makes no more than that."""
 
-AGREES: Final = 1.0 / 1.5**2
-"""Share of the last estimate of the noise of the input that is left where that agrees with what
-a model leaves: up to 1.5 times a floor an error counts as noise [-]."""
+EXCESS: Final = 1.5
+"""Error over the noise up to which it is taken for noise; to be calibrated [-]."""
+
+AGREES: Final = 1.0 / EXCESS**2
+"""Share of the last estimate of the noise of the input down to which it agrees with what a
+model leaves [-]."""
 
 
 @final

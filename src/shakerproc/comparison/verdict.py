@@ -8,12 +8,10 @@ import numpy as np
 from shakerproc.comparison.comparison import Comparison, TestComparison
 from shakerproc.comparison.errors import Pair
 from shakerproc.comparison.joints import by_range
+from shakerproc.comparison.noise import EXCESS
 from shakerproc.models.motion import shown_in
 from shakerproc.numerals import numeral
 from shakerproc.runs.levels import AMPLITUDE_TOLERANCE, Level, demanded
-
-NEAR_NOISE: Final = 1.5
-"""Times the noise below which an error is taken for noise [-]."""
 
 SMALL: Final = 0.03
 """Error that passes where the noise is unknown [-]."""
@@ -45,7 +43,7 @@ def sentence(comparison: Comparison) -> str:
 
 def _excess(test: TestComparison) -> float:
     """Return how far an error stands above what can be asked."""
-    return test.error / (NEAR_NOISE * test.noise) if _noisy(test) else test.error / SMALL
+    return test.error / (EXCESS * test.noise) if _noisy(test) else test.error / SMALL
 
 
 def _noisy(test: TestComparison) -> bool:

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import Hum
@@ -17,7 +18,6 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.of_tests import as_free
-from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final, final
 
 from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
@@ -122,7 +123,7 @@ def _corrected_or_not(
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Begun:
     """Findings with one effect at most, and the state from which the search goes on.
 
@@ -143,7 +144,7 @@ class Begun:
     every: Callable[[], Sequence[Fit]] = tuple
     known: Known = field(default_factory=dict)
 
-    @property
+    @cached_property
     def is_enough(self) -> bool:
         """Whether no more is to be looked for."""
         found = self.found

@@ -6,12 +6,12 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, fit_plainly
 from shakerproc.diagnosis.estimation.parts import FEWEST_BLOCKS, HORIZON, RUN_IN, Windows
 from shakerproc.diagnosis.estimation.passed_noise import with_open_numbers, with_passed_noise
-from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.windows import (

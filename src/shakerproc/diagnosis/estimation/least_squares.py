@@ -12,6 +12,7 @@ from typing import final
 
 import numpy as np
 
+from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
@@ -19,7 +20,6 @@ from shakerproc.diagnosis.estimation.of_tests import offsets_in, spreads_of
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Channels, Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY, STEP, Linearisation
-from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.spread import Spread, axes_of, correlation_of
 from shakerproc.diagnosis.estimation.steps import SETTLED, better, by_chords
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty

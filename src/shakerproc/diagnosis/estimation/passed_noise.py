@@ -113,8 +113,7 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     for i, outputs in enumerate(still.outputs):
         test = int(windows.table[i, 0])
         squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
-        length = max(1, round(data.lengths.block_s * data.tests[test].sample_rate))
-        passed.append(_envelope(squares + bent[i] + folded[i], length))
+        passed.append(_envelope(data, test, squares + bent[i] + folded[i]))
     return replace(windows, passed=tuple(passed))
 
 
@@ -142,9 +141,7 @@ def with_open_numbers(data: DataSet, found: Fit, windows: Windows) -> Windows:
     passed = []
     for i, (outputs, own) in enumerate(zip(still.outputs, windows.passed, strict=True)):
         squares = np.sum([(one.outputs[i] - outputs) ** 2 for one in moved], axis=0)
-        rate = data.tests[int(windows.table[i, 0])].sample_rate
-        length = max(1, round(data.lengths.block_s * rate))
-        passed.append(np.hypot(own, _envelope(squares, length)))
+        passed.append(np.hypot(own, _envelope(data, int(windows.table[i, 0]), squares)))
     return replace(windows, passed=tuple(passed))
 
 
@@ -180,7 +177,8 @@ def _folded(data: DataSet, found: Fit, windows: Windows, still: Predicted) -> li
     ]
 
 
-def _envelope(squares: FloatArray, length: int) -> FloatArray:
-    """Return the root of squares, evened out over a length in time."""
+def _envelope(data: DataSet, test: int, squares: FloatArray) -> FloatArray:
+    """Return the root of squares, evened out over a block of a test in time."""
+    length = max(1, round(data.lengths.block_s * data.tests[test].sample_rate))
     even = scipy.ndimage.uniform_filter1d(squares, length, axis=1, mode="nearest")
     return np.asarray(np.sqrt(np.maximum(even, 0.0)))

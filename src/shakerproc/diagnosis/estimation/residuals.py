@@ -28,9 +28,6 @@ from shakerproc.diagnosis.nudged.motion import begun, held_to
 from shakerproc.models import Model
 from shakerproc.simulation import FreeRuns, Runs, free_runs
 
-EXCESS: Final = 1.5
-"""Error over the noise floor up to which nothing more is to be found; to be calibrated [-]."""
-
 TOLERANCE: Final = 1e-5
 """Truncation of a simulation that is compared with a measurement [-]."""
 

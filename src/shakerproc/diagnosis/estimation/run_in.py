@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
@@ -13,7 +14,6 @@ from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
-from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.stacks import TAPS
 from shakerproc.diagnosis.estimation.steps import SETTLED
 from shakerproc.diagnosis.estimation.tests_apart import with_tests_fitted

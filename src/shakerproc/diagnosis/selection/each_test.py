@@ -14,12 +14,11 @@ from shakerproc.comparison.free_run_error import (
     pooled,
     standard_error,
 )
-from shakerproc.comparison.noise import Noise
+from shakerproc.comparison.noise import EXCESS, Noise
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.choice import (
     NEGLIGIBLE,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
 from shakerproc.comparison import floor
 from shakerproc.comparison.noise import AGREES, NOT_REFUTED, Refuted
@@ -9,6 +10,9 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import Test, with_noise_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import floors_of, scored_tests
+
+NEXT: Final = "the next estimate was taken, if there is one"
+"""What is said where another estimate may follow."""
 
 
 def with_more_refuted(
@@ -50,17 +54,19 @@ def with_more_refuted(
 
 def refuted_notes(refuted: Mapping[str, Refuted]) -> list[str]:
     """Return which estimates of the noise were too large, of responses and inputs, by test."""
-    notes = []
-    for test, own in refuted.items():
-        for of, sources in (("the responses", own.responses), ("the input", own.inputs)):
-            if sources:
-                notes.append(
-                    f"{test}: there is less noise of {of} than {' and '.join(sources)} said, "
-                    "for a model leaves less of what was held out; the next estimate was taken."
-                )
-        if 0.0 < own.share < AGREES:
-            notes.append(
-                f"{test}: nothing else tells the noise of the input; it is taken as what the "
-                "model leaves, and no probability is told."
-            )
-    return notes
+    return [
+        f"{test}: there is less noise of {of} than {' and '.join(sources)} said, for a model "
+        f"leaves less of what was held out; {taken}."
+        for test, own in refuted.items()
+        for of, sources, taken in (
+            ("the responses", own.responses, NEXT),
+            ("the input", own.inputs, NEXT if own.share == 1.0 else _in_its_place(own.share)),
+        )
+        if sources
+    ]
+
+
+def _in_its_place(share: float) -> str:
+    """Return what stands for the noise of the input where no estimate of it is left."""
+    told = "no other estimate is left, so that it is taken as what the model leaves"
+    return told if share == 0.0 or share >= AGREES else f"{told}, and no probability is told"

@@ -6,12 +6,12 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.parts import Windows
-from shakerproc.diagnosis.estimation.residuals import EXCESS
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known, has_limit
 
