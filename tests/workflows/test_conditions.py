@@ -159,6 +159,7 @@ def test_a_channel_measures_the_condition(tmp_path):
         (("voltage: 1 V",), ("{voltage: 2 V}", "2 V"), "expected one condition and its value"),
         (("voltage: 1 V",), ("{voltage: 2 V}", "{voltage: 2}"), "a quantity with its unit"),
         (("voltage: 1 V",), ("{voltage: 2 V}", "{voltage: 0 V}"), "expected more than 0"),
+        (("voltage: 1 V",), ("{voltage: 2 V}", '{"": 2 V}'), "the name of a condition"),
         (("voltage: 1 V",), ("damping: 3 N s/m", "damping_ratio: 0.1"), "no number with"),
     ],
 )  # fmt: skip

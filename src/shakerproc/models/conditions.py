@@ -54,6 +54,10 @@ class Scale:
     at: str
 
     def __post_init__(self) -> None:
+        if not self.condition.strip():
+            raise ValueError(
+                "expected the name of a condition, such as voltage, before its value"
+            )
         if any_quantity(self.at)[0] <= 0.0:
             raise ValueError(f"expected more than 0, got {quoted(self.at)}")
 
@@ -72,8 +76,8 @@ class Scale:
         said = conditions.values.get(name)
         if said is None:
             meant = near_miss(name, list(conditions.values))
-            hint = f"; did you mean its {meant}?" if meant else ""
-            raise ModelError(f"{of} says no {name}{hint}; add conditions: {self} to it")
+            hint = f"; did you mean its {meant}? Else add" if meant else "; add"
+            raise ModelError(f"{of} says no {name}{hint} conditions: {self} to it")
         reference, unit = any_quantity(self.at)
         try:
             value = to_si(said, unit)

@@ -338,7 +338,7 @@ def scale_of(given: Any) -> Scale:
     try:
         return Scale(str(name), written)
     except ValueError as error:
-        raise ArgumentError("scaled_by", f"{name}: {error}") from error
+        raise ArgumentError("scaled_by", f"{name}: {error}".removeprefix(": ")) from error
 
 
 def places_of(between: Sequence[str], model: Model) -> tuple[str, str]:
