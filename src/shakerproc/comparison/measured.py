@@ -74,7 +74,8 @@ HIGHEST: Final = 0.45
 """Highest compared frequency over the sample rate: above it the recorder's filter rules [-]."""
 
 LOWEST: Final = 0.2
-"""Lowest compared frequency: below it accelerometers drift [Hz]."""
+"""Lowest compared frequency unless the log says a lower one: below it accelerometers drift
+[Hz]."""
 
 
 @final
@@ -126,6 +127,8 @@ class Measured:
         it; of a free decay, the control that is none has none [-].
     conditions : Conditions
         Under which the test was run: the model of the test is that under these.
+    lowest : float
+        Lowest frequency that can be compared [Hz].
     """
 
     test: Test
@@ -149,6 +152,7 @@ class Measured:
     sha256: str = ""
     gain_spread: tuple[float, ...] = ()
     conditions: Conditions = NO_CONDITIONS
+    lowest: float = LOWEST
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -269,7 +273,8 @@ def with_repeats(
     found = []
     for test, own in zip(tests, every, strict=True):
         noise = noise_of(own, every, refuted.get(test.name, NOT_REFUTED))
-        found.append(replace(test, noise=noise, error_band=_error_band(test.test, own, noise)))
+        band = _error_band(test.test, own, noise, test.lowest)
+        found.append(replace(test, noise=noise, error_band=band))
     return tuple(found)
 
 
@@ -335,7 +340,7 @@ def measure(
             driven = model.excitation.role is not None
             samples = samples - offsets_of(run, driven=driven)
         chosen = (samples[inputs] if inputs else nothing, samples[rows])
-        found = _measured(recording, test, chosen, tuple(model.sensors), part)
+        found = _measured(recording, test, chosen, model, part)
         return replace(
             found,
             notes=(*found.notes, *faults, *few),
@@ -362,7 +367,7 @@ def _measured(
     recording: Recording,
     test: Test,
     samples: tuple[FloatArray, FloatArray],
-    sensors: tuple[str, ...],
+    model: Model,
     part: Part,
 ) -> Measured:
     controls, responses = samples
@@ -373,33 +378,47 @@ def _measured(
     rest_s = numeral((last - stop) / rate)
     told = f"{recording.run}: the last {rest_s} s are at rest; errors are of what is before."
     quiet = quiet_of(controls, responses, rate)
-    excited = _excited(test, rate)
+    units = {model.excitation.unit, *map(model.sensor_unit, model.sensors.values())}
+    lowest = _lowest(test, rate / controls.shape[1], drifts="m/s^2" in units)
+    excited = _excited(test, rate, lowest)
     low, high = excited
     band = (0.7 * low, min(max(REACH * high, 4.0 * low), HIGHEST * rate))
     own = Channels(controls, responses, rate, excited)
     noise = noise_of(own)
     return Measured(
-        test=test, run=recording.run, sample_rate=rate, controls=controls, sensors=sensors,
+        test=test, run=recording.run, sample_rate=rate, controls=controls, sensors=tuple(model.sensors),
         responses=responses, excited=excited, band=band, start=start, stop=stop, quiet=quiet,
-        noise=noise, error_band=_error_band(test, own, noise),
-        notes=(*part.notes, *[told] * (stop < last)),
+        noise=noise, error_band=_error_band(test, own, noise, lowest),
+        notes=(*part.notes, *[told] * (stop < last)), lowest=lowest,
     )  # fmt: skip
 
 
-def _error_band(test: Test, own: Channels, noise: Noise) -> tuple[float, float]:
-    """Return the band of the free-run error [Hz]."""
+def _lowest(test: Test, once: float, *, drifts: bool) -> float:
+    """Return the lowest compared frequency of a test [Hz].
+
+    That of the log, but no lower than `once`, which passes once in the record [Hz]; where the
+    log has none, `LOWEST` if a channel drifts.
+    """
+    said = [band[0] for band in (test.processing.band, test.band) if band is not None]
+    said += [AROUND[0] * test.frequency_hz] if test.frequency_hz is not None else []
+    default = LOWEST if drifts else once
+    return min(LOWEST, max(once, min(said, default=default)))
+
+
+def _error_band(test: Test, own: Channels, noise: Noise, lowest: float) -> tuple[float, float]:
+    """Return the band of the free-run error, none of it below the lowest frequency [Hz]."""
     if test.band is not None:
         low, high = test.band
-        return max(low, LOWEST), min(high, HIGHEST * own.sample_rate)
-    heard = band_above(own, noise, (LOWEST, HIGHEST * own.sample_rate)) or own.excited
+        return max(low, lowest), min(high, HIGHEST * own.sample_rate)
+    heard = band_above(own, noise, (lowest, HIGHEST * own.sample_rate)) or own.excited
     if test.frequency_hz is None:
         return heard
     return min(heard[0], own.excited[0]), max(heard[1], own.excited[1])  # the sine is in it
 
 
-def _excited(test: Test, rate: float) -> tuple[float, float]:
-    default = LOWEST if test.excitation == "free decay" else _DEFAULT_LOW_HZ
+def _excited(test: Test, rate: float, lowest: float) -> tuple[float, float]:
+    default = lowest if test.excitation == "free decay" else _DEFAULT_LOW_HZ
     low, high = test.processing.band or test.band or (default, HIGHEST * rate)
     if test.frequency_hz is not None and test.band is None:
         low, high = (share * test.frequency_hz for share in AROUND)
-    return max(low, LOWEST), min(high, HIGHEST * rate)
+    return max(low, lowest), min(high, HIGHEST * rate)

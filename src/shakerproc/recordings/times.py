@@ -278,8 +278,9 @@ def jitter_of(times: FloatArray) -> float:
         Times of the samples, rounded as they may be [any unit].
     """
     steps = np.diff(times)
-    jitter = float(np.std(steps) / np.mean(steps)) / math.sqrt(2.0)
-    strays = np.abs(steps - float(np.median(steps)))
+    mean = float(np.mean(steps))  # no step that is rounded itself, as their median is
+    jitter = float(np.std(steps)) / mean / math.sqrt(2.0)
+    strays = np.abs(steps - mean)
     if jitter > SKEW and np.all(strays <= _resolution(times)[1:] * (1.0 + 1e-6)):
         return 0.0
     return jitter

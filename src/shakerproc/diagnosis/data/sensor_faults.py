@@ -9,6 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.recordings.health.clipping import runs_into
 from shakerproc.spectra.welch.blocks import range_ends
 
 REPEATED: Final = 8
@@ -42,14 +43,25 @@ def clipped(rows: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
     hit, limits = np.zeros(rows.shape, bool), np.full(len(rows), np.nan)
     for i, (row, low, high) in enumerate(zip(rows, *range_ends([rows]), strict=True)):
         ends = 0
-        for mask in (row >= high, row <= low):
-            side_by_side = np.count_nonzero(mask[1:] & mask[:-1])
-            if np.count_nonzero(mask) >= REPEATED and side_by_side > 1:
+        for one, end in ((row, high), (-row, -low)):
+            mask = one >= end
+            if _is_cut_off(one, mask):
                 hit[i] |= mask
                 ends += 1
         if ends:
             limits[i] = 0.5 * np.ptp(row) if ends == 2 else np.max(np.abs(row))
     return hit, limits
+
+
+def _is_cut_off(row: FloatArray, mask: NDArray[np.bool_]) -> bool:
+    """Return whether a sensor is cut off at its largest value, and does not rest there."""
+    at = np.flatnonzero(mask)
+    side_by_side = at.size - 1 - np.count_nonzero(np.diff(at) > 1)
+    if at.size < REPEATED or side_by_side < 2:
+        return False
+    quantum = float(row[at[0]] - row[~mask].max(initial=-np.inf))
+    firsts = at[np.insert(np.diff(at) > 1, 0, values=True)]
+    return 2 * sum(runs_into(row, int(first), quantum) for first in firsts) > firsts.size
 
 
 @final

@@ -33,6 +33,10 @@ level         resonant AC  resonant low-pass broadband AC broadband low-pass
 ============= ============ ================= ============ ==================
 
 The 1 % that controllers clip on purpose is not told.
+
+What comes to rest at its extreme (a slider that sticks, a pendulum that is held) reads the same
+value as often as what is cut off there. It slows down before, to a third of its way in each of
+two equal times under a constant deceleration; what runs into a limit does not.
 """
 
 import math
@@ -54,6 +58,16 @@ PILE: Final = 5.0
 
 A quantized sine has 2.4 times as many at its crest as one step below, noise fewer.
 """
+
+ARRIVING: Final = 0.62
+"""Share of the way of one step that the next one has, below which the motion comes to rest: one
+third to three fifths under a constant deceleration, 1 where a steep signal is cut off [-]."""
+
+RESOLVED: Final = 8.0
+"""Way of both steps at least, in steps of the converter [-]."""
+
+LONGEST_STEP: Final = 64
+"""Samples of a step at most [-]."""
 
 RESTING: Final = 0.5
 """Share of samples from which on the extreme is where the channel rests."""
@@ -98,6 +112,28 @@ JUDGED: Final = frozenset({"m/s^2", "N"})
 """Units of what nothing in a structure limits but friction; a stop limits displacements."""
 
 
+def runs_into(samples: FloatArray, first: int, quantum: float) -> bool:
+    """Return whether a signal is cut off where it comes to its extreme, not at rest there.
+
+    Parameters
+    ----------
+    samples : (n,) array
+        The signal [unit of the channel].
+    first : int
+        First sample at the extreme.
+    quantum : float
+        Distance of the next value from the extreme [unit of the channel].
+    """
+    before, size = first - 1, 1
+    while before >= 2 * size and size <= LONGEST_STEP:
+        last, middle, begin = samples[[before, before - size, before - 2 * size]]
+        near, far = abs(last - middle), abs(middle - begin)
+        if near + far >= RESOLVED * quantum:
+            return bool(near > ARRIVING * far)
+        size *= 2
+    return False
+
+
 @final
 class _Side:
     """The extreme of one channel on one side (+1 or -1)."""
@@ -112,6 +148,7 @@ class _Side:
         self.first = 0
         self.last = 0
         self._row = 0
+        self._is_cut = False
 
     def add(self, first: int, samples: FloatArray) -> None:
         """Take in the samples of a block, times the sign."""
@@ -132,14 +169,15 @@ class _Side:
             counts[self.value] = counts.get(self.value, 0) + self.count
         if self.next_count:
             counts[self.next_value] = counts.get(self.next_value, 0) + self.next_count
-        self._rows(first, samples, top)
         ordered = sorted(counts, reverse=True)
+        quantum = ordered[0] - ordered[1] if len(ordered) > 1 else 0.0
+        self._rows(first, samples, top, quantum)
         self.value, self.count = ordered[0], counts[ordered[0]]
         if len(ordered) > 1:
             self.next_value, self.next_count = ordered[1], counts[ordered[1]]
 
-    def _rows(self, first: int, samples: FloatArray, top: float) -> None:
-        """Count the samples that stand in rows at the extreme."""
+    def _rows(self, first: int, samples: FloatArray, top: float, quantum: float) -> None:
+        """Count the samples that stand in rows at the extreme, where they are cut off."""
         if top > self.value:
             self.in_rows, self._row, self.first = 0, 0, -1
         if top < self.value:
@@ -153,7 +191,9 @@ class _Side:
             length = group.size
             if group[0] == 0 and self._row:
                 length += self._row
-            if length >= SHORTEST_ROW:
+            else:
+                self._is_cut = runs_into(samples, int(group[0]), quantum)
+            if length >= SHORTEST_ROW and self._is_cut:
                 self.in_rows += length
                 self.first = first + int(group[0]) if self.first < 0 else self.first
                 self.last = first + int(group[-1])
