@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 
 from shakerproc.comparison.noise import NOT_REFUTED, Noise, Refuted, band_above, noise_of
 from shakerproc.comparison.noise_sources import Channels, Quiet, end_of, offsets_of, quiet_of
@@ -68,7 +69,8 @@ UNCALIBRATED: Final = 0.01
 """Standard uncertainty of the gain of a channel of which no calibration sheet says it: the
 tolerance of data sheets [-]."""
 
-_DEFAULT_LOW_HZ: Final = 5.0
+UNDRIVEN: Final = 0.005
+"""Share of the power of a drive that lies below the band that it excites, and above it [-]."""
 
 HIGHEST: Final = 0.45
 """Highest compared frequency over the sample rate: above it the recorder's filter rules [-]."""
@@ -380,7 +382,7 @@ def _measured(
     quiet = quiet_of(controls, responses, rate)
     units = {model.excitation.unit, *map(model.sensor_unit, model.sensors.values())}
     lowest = _lowest(test, rate / controls.shape[1], drifts="m/s^2" in units)
-    excited = _excited(test, rate, lowest)
+    excited = _excited(test, rate, lowest, controls)
     low, high = excited
     band = (0.7 * low, min(max(REACH * high, 4.0 * low), HIGHEST * rate))
     own = Channels(controls, responses, rate, excited)
@@ -416,9 +418,22 @@ def _error_band(test: Test, own: Channels, noise: Noise, lowest: float) -> tuple
     return min(heard[0], own.excited[0]), max(heard[1], own.excited[1])  # the sine is in it
 
 
-def _excited(test: Test, rate: float, lowest: float) -> tuple[float, float]:
-    default = lowest if test.excitation == "free decay" else _DEFAULT_LOW_HZ
-    low, high = test.processing.band or test.band or (default, HIGHEST * rate)
-    if test.frequency_hz is not None and test.band is None:
-        low, high = (share * test.frequency_hz for share in AROUND)
+def _excited(
+    test: Test, rate: float, lowest: float, controls: FloatArray
+) -> tuple[float, float]:
+    """Return the band that a test excites [Hz]: that of the log, else that of what drives it."""
+    said = test.processing.band or test.band
+    if said is None and test.frequency_hz is not None:
+        said = AROUND[0] * test.frequency_hz, AROUND[1] * test.frequency_hz
+    low, high = said or _driven(controls.mean(axis=0), rate) or (lowest, HIGHEST * rate)
     return max(low, lowest), min(high, HIGHEST * rate)
+
+
+def _driven(drive: FloatArray, rate: float) -> tuple[float, float] | None:
+    """Return the band that holds the power of a drive [Hz]; None where nothing drives."""
+    power = np.cumsum(np.abs(scipy.fft.rfft(drive)[1:]) ** 2)
+    if not power.size or not power[-1] > 0.0:
+        return None
+    ends = np.searchsorted(power, (UNDRIVEN * power[-1], (1.0 - UNDRIVEN) * power[-1]))
+    low, high = (ends + 1) * rate / drive.size
+    return float(low), float(high)
