@@ -344,3 +344,28 @@ def test_a_rate_given_against_the_times_of_the_file_is_flagged(tmp_path):
     assert "does not advance evenly: from sample 2999 to 3000" in flag.message
     with open_recording(silent, sample_rate=2000.0) as recording:
         assert health(recording) == ()
+
+
+def stuck(n=20_000, step=1e-5):
+    """A slider under a force of 10 Hz and dry friction, by an encoder, stuck at its ends."""
+    quarter = np.arange(0, 40) / 40.0
+    way = np.concatenate([1.0 - (1.0 - quarter) ** 2, np.ones(60)])  # brakes evenly, stands
+    period = np.concatenate([way, 1.0 - way]) * 1e-3
+    return step * np.round(np.tile(period, n // period.size) / step)
+
+
+def held(n=20_000, step=5e-5):
+    """A pendulum that is held at its largest angle and let go."""
+    t = np.maximum(np.arange(n) / 1000.0 - 0.8, 0.0)
+    return step * np.round(0.3 * np.exp(-0.05 * t) * np.cos(4.0 * t) / step)
+
+
+@pytest.mark.parametrize("motion", [stuck, held])
+def test_what_rests_at_its_largest_displacement_is_not_clipped(motion):
+    samples = motion()
+    channel = Channel("way", "m", "way", "m", "displacement")
+    for limit, flagged in ((np.inf, False), (0.6 * samples.max(), True)):
+        recording = recording_of_arrays(
+            "run", [channel], np.minimum(samples, limit)[np.newaxis], 1000.0
+        )
+        assert ("clipping" in {flag.kind for flag in health(recording)}) is flagged

@@ -467,6 +467,9 @@ def test_times_rounded_in_print_are_no_uneven_times(tmp_path):
     times = [f"{i / 600.0:.3f}" for i in range(N)]
     with open_recording(csv(tmp_path, "t [s],a [g]", times)) as recording:
         assert recording.sample_rate == pytest.approx(600.0, rel=1e-3)
+    times = [f"{99.0 + i / 5120.0:.8g}" for i in range(N)]  # five decimals from 100 s on
+    with open_recording(csv(tmp_path, "t [s],a [g]", times)) as recording:
+        assert recording.sample_rate == pytest.approx(5120.0, rel=1e-4)
     as_singles = np.arange(N, dtype=np.float32) * np.float32(1.0 / RATE) + np.float32(100.0)
     scipy_io.savemat(tmp_path / "run.mat", {"t": as_singles, "a_g": WAVE})
     with open_recording(tmp_path / "run.mat") as recording:

@@ -185,6 +185,16 @@ def test_the_free_part_begins_where_the_input_rests():
     assert free_start(noise, np.zeros((0, 4000))) == 701
 
 
+@pytest.mark.parametrize("hold", [0, 1, 200, 1500])
+def test_what_is_held_before_it_is_let_go_is_not_free(hold):
+    t = np.maximum(np.arange(6000) - hold, 0) / 1000.0
+    row = 0.3 * np.exp(-0.1 * t) * np.cos(2.0 * np.pi * 0.6 * t)
+    noise = 3e-4 * np.random.default_rng(1).standard_normal(row.size)
+    start = free_start((row + noise)[np.newaxis], np.zeros((0, row.size)))
+    assert start - hold < 0.6 * 1000.0 / 0.6  # from the crest on the other side at the latest
+    assert start >= hold or hold < 50  # 0.03 of a period is no hold that shows in noise
+
+
 def test_no_free_part_is_one_line():
     rng = np.random.default_rng(1)
     with pytest.raises(SpectrumError, match="no free part: the input moves to its end"):

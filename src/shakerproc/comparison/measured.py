@@ -388,8 +388,9 @@ def _measured(
     own = Channels(controls, responses, rate, excited)
     noise = noise_of(own)
     return Measured(
-        test=test, run=recording.run, sample_rate=rate, controls=controls, sensors=tuple(model.sensors),
-        responses=responses, excited=excited, band=band, start=start, stop=stop, quiet=quiet,
+        test=test, run=recording.run, sample_rate=rate, controls=controls,
+        sensors=tuple(model.sensors), responses=responses, excited=excited, band=band,
+        start=start, stop=stop, quiet=quiet,
         noise=noise, error_band=_error_band(test, own, noise, lowest),
         notes=(*part.notes, *[told] * (stop < last)), lowest=lowest,
     )  # fmt: skip
@@ -421,7 +422,7 @@ def _error_band(test: Test, own: Channels, noise: Noise, lowest: float) -> tuple
 def _excited(
     test: Test, rate: float, lowest: float, controls: FloatArray
 ) -> tuple[float, float]:
-    """Return the band that a test excites [Hz]: that of the log, else that of what drives it."""
+    """Return the band that a test excites [Hz]: that of the log, else that of its drive."""
     said = test.processing.band or test.band
     if said is None and test.frequency_hz is not None:
         said = AROUND[0] * test.frequency_hz, AROUND[1] * test.frequency_hz
