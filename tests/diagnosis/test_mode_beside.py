@@ -32,7 +32,7 @@ def test_a_mode_that_a_gap_hides_is_found_beside_it():
     assert mode.damping_ratio == pytest.approx(ZETA, rel=0.2)
     assert mode.mass == pytest.approx(SECOND, rel=0.1)
     assert mode.participation == {"coupon": 1.0}
-    assert found.notes == (f"A further mode at {mode.frequency:.4g} Hz was fitted as linear.",)
+    assert found.notes == (f"Fitted as linear: a further mode at {mode.frequency:.4g} Hz.",)
     assert found.parameters["clearance"].value == pytest.approx(CLEARANCE, rel=0.01)
     assert found.parameters["stiffness"].value == pytest.approx(STIFFNESS, rel=0.02)
     assert sum(found.model.masses.values()) == pytest.approx(MASS)

@@ -222,7 +222,10 @@ def _added(model: Model, fitted: Fitted) -> Added:
         tests=tuple(t.name for t in fitted.data.tests if not t.arrays.hold_out),
         modes=modes,
         worse=worse,
-        notes=(*mode_notes([FurtherMode.of(mode) for mode in modes]), *worse_whole(fitted)),
+        notes=(
+            *mode_notes([FurtherMode.of(mode) for mode in modes], fitted.driven),
+            *worse_whole(fitted),
+        ),
     )
 
 

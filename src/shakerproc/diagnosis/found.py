@@ -99,7 +99,8 @@ class Found:
     def as_recorded(self) -> DataSet:
         """The tests as recorded, nothing turned, advanced or taken away."""
         turned = any(sign < 0.0 for sign in self.signs)
-        changed = turned or any(self.late) or self.hums or self.corrected
+        chain = turned or any(self.late) or self.hums or self.corrected
+        changed = chain or self.linear_model.driven
         return replace(self.data, tests=self.recorded) if changed else self.data
 
     @property

@@ -11,13 +11,14 @@ from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.beginnings import as_in, as_table
-from shakerproc.diagnosis.estimation.correction import corrected, is_unusual
+from shakerproc.diagnosis.estimation.correction import corrected, is_unusual, without_driven
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.growth import Condition, grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
+from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.further_ahead import ahead
@@ -50,6 +51,8 @@ class Fitted:
         The model as it is, nothing fitted.
     without, with_effect : Score
         Its own numbers fitted, alone and with the effect.
+    driven : tuple of DrivenMode
+        Modes that were taken out of the tests.
     """
 
     data: DataSet
@@ -57,6 +60,7 @@ class Fitted:
     before: Fit
     without: Score
     with_effect: Score
+    driven: tuple[DrivenMode, ...] = ()
 
     @property
     def element(self) -> Element:
@@ -93,12 +97,13 @@ def fitted_effect(
     if model.excitation.imposed:
         return _in_component_tests(model, tests, wanted, say)
     linear = fit_linear(model, tests)
+    tests = without_driven(tests, linear)
     found = _fitted(model, linear, tests, wanted, say)
-    if not is_unusual(linear) or found.explained:
-        return found
-    say("the chain of measurement corrected")
-    other = _fitted(model, linear, corrected(tests, linear), wanted, say)
-    return min((found, other), key=lambda one: one.left)
+    if is_unusual(linear) and not found.explained:
+        say("the chain of measurement corrected")
+        other = _fitted(model, linear, corrected(tests, linear), wanted, say)
+        found = min((found, other), key=lambda one: one.left)
+    return replace(found, driven=linear.driven)
 
 
 def _fitted(
@@ -187,11 +192,7 @@ def _best(fits: Sequence[Fit], wanted: Wanted) -> Fit:
 
 
 def _as_fitted(
-    original: Model,
-    campaign: Campaign,
-    form: Form,
-    scores: Sequence[Score],
-    best: Fit,
+    original: Model, campaign: Campaign, form: Form, scores: Sequence[Score], best: Fit
 ) -> Fitted:
     """Return the model without and with the effect, scored in the form.
 

@@ -18,6 +18,7 @@ from shakerproc.diagnosis.estimation.correction import (
     residuals_of,
     turned,
     turned_and_late,
+    without_driven,
     without_hum,
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -83,12 +84,13 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
 def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
     """Return the search for sensors the right way round, corrected where that is better."""
     linear = fit_linear(model, tests)
+    tests = without_driven(tests, linear)
     residuals = residuals_of(linear, tests)
     hums = hum_of(residuals, [test.sample_rate for test in tests])
     if hums:
         say("the hum of the mains taken away")
         tests = without_hum(tests, residuals, hums)
-        linear = fit_linear(model, tests)
+        linear = replace(fit_linear(model, tests), driven=linear.driven)
     return replace(_corrected_or_not(model, linear, tests, say), hums=hums)
 
 

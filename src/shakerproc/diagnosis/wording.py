@@ -8,6 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimate import Estimate
+from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
 from shakerproc.diagnosis.result import Errors, Finding, Where
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
@@ -184,14 +185,19 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
     )
 
 
-def mode_notes(modes: Sequence[FurtherMode]) -> list[str]:
-    """Return which further modes were fitted as linear; nothing without any."""
-    if not modes:
-        return []
+def mode_notes(modes: Sequence[FurtherMode], driven: Sequence[DrivenMode] = ()) -> list[str]:
+    """Return which further modes were fitted, and which taken away; nothing without any."""
+    fitted = f"Fitted as linear: {_modes_at(modes)}."
+    away = (
+        f"Taken out of the responses: {_modes_at(driven)}, which the drive alone excites. "
+        "Errors of `compare` contain what that adds."
+    )
+    return [*[fitted] * bool(modes), *[away] * bool(driven)]
+
+
+def _modes_at(modes: Sequence[FurtherMode | DrivenMode]) -> str:
     said = " and ".join(numeral(f, 4) for f in sorted(mode.frequency for mode in modes))
-    which = "A further mode" if len(modes) == 1 else "Further modes"
-    was = "was" if len(modes) == 1 else "were"
-    return [f"{which} at {said} Hz {was} fitted as linear."]
+    return f"{'a further mode' if len(modes) == 1 else 'further modes'} at {said} Hz"
 
 
 def whole_note(was: float, now: float, horizon: float) -> str:

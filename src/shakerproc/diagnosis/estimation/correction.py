@@ -128,6 +128,18 @@ def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]
     return out
 
 
+def without_driven(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
+    """Return tests without what further modes add that the drive alone excites.
+
+    At every level it is the same: what a joint does excites them little.
+    """
+    if not linear.driven:
+        return tuple(tests)
+    return tuple(
+        replace(test, responses=test.responses - linear.answers(test)) for test in tests
+    )
+
+
 def without_hum(
     tests: Sequence[Test], residuals: Sequence[FloatArray], hums: Sequence[Hum]
 ) -> tuple[Test, ...]:

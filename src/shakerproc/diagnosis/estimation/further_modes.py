@@ -7,11 +7,13 @@ import numpy as np
 import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.diagnosis.estimation.linear_problem import (
     LinearSolution,
     LinearTest,
+    misfit,
+    refined,
     solve,
 )
 from shakerproc.diagnosis.estimation.linear_response import poles_of
@@ -36,7 +38,8 @@ _NEAR: Final = 0.1  # share of the frequency around a peak in which a start is s
 _SHIFTS: Final = tuple(np.linspace(-0.06, 0.06, 25))  # of the logarithm of its frequency
 _DAMPINGS: Final = (-0.7, 0.4, 1.5)  # of the logarithm of its damping ratio
 _LARGEST: Final = 3.0  # change of the logarithm of its mass
-_STARTS: Final = 3  # frequencies from which a mode is sought
+_STARTS: Final = 2  # frequencies from which a mode is sought, weighted and not
+_ROUNDS: Final = 3  # of weights by what is left beside a mode
 _WIDTH: Final = 0.01  # share of the frequency over which what is left is smoothed
 _LOCAL: Final = 0.05  # share of the frequency around a mode in which it must explain
 _EXPLAINED: Final = 0.6  # of the power there, beyond noise
@@ -46,7 +49,7 @@ def ranges(
     parameters: LinearParameters, values: FloatArray, *, below: bool = True
 ) -> tuple[float, float]:
     """Return below and above which frequency a mode is a further one [Hz]."""
-    own = poles_of(parameters.model_at(values[: len(values) - 3 * len(parameters.places)]))
+    own = poles_of(parameters.model_at(values[: len(values) - parameters.n_of_modes]))
     found = own.frequencies
     if not found.size:
         return 0.0, 0.0
@@ -82,7 +85,12 @@ def with_further_modes(
         if found is None:
             break
         parameters, solution = found
-        free = np.concatenate([free, np.ones(3, bool)])
+        more = solution.values.size - free.size
+        free = np.concatenate([free, np.ones(more, bool)])
+        for _ in range(_ROUNDS):
+            test = refined(test, parameters, solution.values)  # a narrow mode is not coherent
+            extra = misfit(test, parameters, solution.values)
+            solution = solve([test], parameters, solution.values, [extra], free)
     return parameters, solution
 
 
@@ -94,24 +102,31 @@ def _next_mode(
     limits: tuple[float, float],
 ) -> tuple[LinearParameters, LinearSolution] | None:
     extra, free = state
+    before = parameters, solution.values
     starts = [
-        _local(test, (parameters, solution.values), extra, place, frequency)
+        found
         for frequency in _peaks(test, parameters, solution, extra, limits)
-        for place in parameters.model.masses
+        for found in (
+            *(
+                _local(test, before, extra, place, frequency)
+                for place in parameters.model.masses
+            ),
+            _local_driven(test, before, extra, frequency),
+        )
     ]
     if not starts:
         return None
     fall, richer, start = max(starts, key=lambda found: found[0])
     if fall < GAIN_ENOUGH:
         return None
-    moving = np.concatenate([free, np.ones(3, bool)])
+    moving = np.concatenate([free, np.ones(start.size - free.size, bool)])
     found = richer, solve([test], richer, start, [extra], moving)
     if richer.heaviest(found[1].values) > 1.0:  # than all else: no mode, but missing physics
         return None
-    before = solve([test], parameters, solution.values, [extra], free)
-    if found[1].chi_square > before.chi_square - GAIN_ENOUGH:
+    without = solve([test], parameters, solution.values, [extra], free)
+    if found[1].chi_square > without.chi_square - GAIN_ENOUGH:
         return None
-    return found if _is_mode(test, (parameters, before), found, extra, limits) else None
+    return found if _is_mode(test, (parameters, without), found, extra, limits) else None
 
 
 def _local(
@@ -127,20 +142,14 @@ def _local(
     """
     parameters, values = before
     richer = parameters.with_mode(place, frequency)
-    near = np.abs(test.bins / frequency - 1.0) < _NEAR
-    weight = 1.0 / np.sqrt(test.density[:, near] * (1.0 + extra[:, near]))
-    left = (
-        weight
-        * test.whitened(test.test.responses - test.simulated(parameters, values))[:, near]
-    )
+    near, weight, left, drive = _around(test, before, extra, frequency)
     chain = parameters.chain_at(values)
-    drive = test.whitened((chain.weights @ test.test.arrays.controls)[np.newaxis])[:, near]
     as_is = test.response(parameters, values, test.bins[near])
     best = (0.0, richer, np.concatenate([values, np.zeros(3)]))
     for shift, damping in product(_SHIFTS, _DAMPINGS):
         mass = 0.0
         for _ in range(2):  # the change is nearly proportional to the mass
-            trial = np.concatenate([values, (mass, shift, damping)])
+            trial = np.concatenate([values, (shift, damping, mass)])
             change = test.response(richer, trial, test.bins[near]) - as_is
             change = weight * drive * change * chain.gains[:, np.newaxis]
             power = float(np.sum(np.abs(change) ** 2))
@@ -154,6 +163,50 @@ def _local(
     return best
 
 
+def _local_driven(
+    test: LinearTest,
+    before: tuple[LinearParameters, FloatArray],
+    extra: FloatArray,
+    frequency: float,
+) -> tuple[float, LinearParameters, FloatArray]:
+    """Return, as `_local`, what a mode does that the drive alone excites.
+
+    One of another kind brings more only by more than `GAIN_ENOUGH`: an attached mass reacts on
+    the model, at every level.
+    """
+    parameters, values = before
+    richer = parameters.with_mode(None, frequency)
+    near, weight, left, drive = _around(test, before, extra, frequency)
+    turned = parameters.chain_at(values).gains[:, np.newaxis] * weight * drive
+    ones = np.ones(parameters.n_sensors)
+    best = (0.0, richer, np.concatenate([values, np.zeros(2 + ones.size)]))
+    for shift, damping in product(_SHIFTS, _DAMPINGS):
+        trial = np.concatenate([values, (shift, damping), ones])
+        unit = turned * richer.driven(trial)[-1].responses(richer.model, test.bins[near])
+        power = np.maximum(np.sum(np.abs(unit) ** 2, axis=1), 1e-300)
+        along = np.sum((unit.conj() * left).real, axis=1)
+        fall = float(np.sum(along**2 / power)) - GAIN_ENOUGH
+        if fall > best[0]:
+            best = (fall, richer, np.concatenate([trial[: -ones.size], along / power]))
+    return best
+
+
+def _around(
+    test: LinearTest,
+    before: tuple[LinearParameters, FloatArray],
+    extra: FloatArray,
+    frequency: float,
+) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray, ComplexArray]:
+    """Return which bins lie near a frequency, and weights, residual and drive there."""
+    parameters, values = before
+    near = np.abs(test.bins / frequency - 1.0) < _NEAR
+    weight = 1.0 / np.sqrt(test.density[:, near] * (1.0 + extra[:, near]))
+    rows = test.test.responses - test.simulated(parameters, values)
+    controls = parameters.chain_at(values).weights @ test.test.arrays.controls
+    left = weight * test.whitened(rows)[:, near]
+    return near, weight, left, test.whitened(controls[np.newaxis])[:, near]
+
+
 def _peaks(
     test: LinearTest,
     parameters: LinearParameters,
@@ -162,18 +215,21 @@ def _peaks(
     limits: tuple[float, float],
 ) -> list[float]:
     """Return the frequencies at which most is left beyond noise, where a mode may be [Hz]."""
-    power = np.abs(test.residual(parameters, solution.values)) ** 2 / (1.0 + extra)
+    power = np.abs(test.residual(parameters, solution.values)) ** 2
     allowed = (test.bins < limits[0]) | (test.bins > limits[1])
     width = max(3, round(_WIDTH * float(test.bins[-1]) / float(np.diff(test.bins[:2])[0])))
-    smooth = scipy.ndimage.uniform_filter1d(power.sum(axis=0), width)
-    smooth = np.where(allowed, smooth, 0.0)
     found: list[float] = []
-    for _ in range(_STARTS):
-        i = int(np.argmax(smooth))
-        if not smooth[i] > 0.0:
-            break
-        found.append(float(test.bins[i]))
-        smooth[np.abs(test.bins - test.bins[i]) < _NEAR * test.bins[i]] = 0.0
+    for weighted in (power / (1.0 + extra), power):  # skirts of a tall peak are in `extra`
+        smooth = scipy.ndimage.uniform_filter1d(weighted.sum(axis=0), width)
+        smooth = np.where(allowed, smooth, 0.0)
+        for _ in range(_STARTS):
+            i = int(np.argmax(smooth))
+            if not smooth[i] > 0.0:
+                break
+            near = np.abs(test.bins / test.bins[i] - 1.0) < _NEAR
+            if not any(abs(one / test.bins[i] - 1.0) < 0.5 * _NEAR for one in found):
+                found.append(float(test.bins[i]))
+            smooth[near] = 0.0
     return found
 
 
@@ -189,16 +245,17 @@ def _is_mode(
     A wide peak is none (see `WIDEST`).
     """
     parameters, solution = after
-    mode = parameters.model_at(solution.values).modes[-1]
-    if limits[0] <= mode.frequency <= limits[1] or mode.damping_ratio > WIDEST:
+    frequency, damping_ratio = parameters.last_mode(solution.values)
+    if limits[0] <= frequency <= limits[1] or damping_ratio > WIDEST:
         return False
-    near = np.abs(test.bins / mode.frequency - 1.0) < _LOCAL
+    near = np.abs(test.bins / frequency - 1.0) < _LOCAL
+    if not near.any():  # of a mode beyond the band its skirt alone shows
+        near = np.ones(test.bins.size, bool)
     left = [
         float(
             np.sum(
-                np.abs(test.residual(which, found.values)[:, near]) ** 2
+                (np.abs(test.residual(which, found.values)[:, near]) ** 2 - 2.0)
                 / (1.0 + extra[:, near])
-                - 2.0
             )
         )
         for which, found in (before, after)

@@ -85,6 +85,8 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     modes = with_modes.values[free.size :]
     values = np.concatenate([solution.values, modes])
     moving = np.concatenate([free, np.zeros(modes.size, bool)])
+    if modes.size:
+        chosen = [refined(test, richer, values) for test in chosen]
     solution = _settled(chosen, richer, values, moving)
     solution.covariance[free.size :] = with_modes.covariance[free.size :]
     return _result(tests, richer, solution)
@@ -197,10 +199,11 @@ def _result(
         for c, x, d in zip(parameters.coordinates, solution.values, deviations, strict=True)
     )  # fmt: skip
     first = len(parameters.own)
-    last = numbers[first : len(numbers) - 3 * len(parameters.places)]
+    last = numbers[first : len(numbers) - parameters.n_of_modes]
     return LinearModel(
         model=model,
         chain=parameters.chain_at(solution.values),
+        driven=parameters.driven(solution.values),
         own=numbers[:first],
         numbers=numbers,
         left={

@@ -11,6 +11,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.linear_parameters import Chain, LinearParameters
 from shakerproc.diagnosis.estimation.linear_problem import LinearTest
+from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.models import Mode, Model
 
 
@@ -59,6 +60,8 @@ class LinearModel:
         For each test the rms that the linear model leaves, over that measured, in its band [-].
     unusual : tuple of LinearNumber
         Numbers of the chain of measurement that their priors do not expect.
+    driven : tuple of DrivenMode
+        Further modes that the drive alone excites; the model has none of them.
     """
 
     model: Model
@@ -67,6 +70,19 @@ class LinearModel:
     numbers: tuple[LinearNumber, ...]
     left: dict[str, float]
     unusual: tuple[LinearNumber, ...]
+    driven: tuple[DrivenMode, ...] = ()
+
+    def answers(self, test: Test) -> FloatArray:
+        """Return what the driven modes add to the responses of a test, an array like them."""
+        n, rate = test.n_samples, test.sample_rate
+        slowest = min(mode.damping_ratio * mode.frequency for mode in self.driven)
+        length = scipy.fft.next_fast_len(n + int(min(rate / slowest, n)), real=True)
+        frequency = scipy.fft.rfftfreq(length, 1.0 / rate)[1:]
+        rows = sum(mode.responses(self.model, frequency) for mode in self.driven)
+        turn = np.exp(-2j * np.pi * frequency * self.chain.delays[:, np.newaxis])
+        spectrum = rows * turn * self.chain.gains[:, np.newaxis]
+        spectrum = spectrum * scipy.fft.rfft(self.input_of(test), length)[1:]
+        return np.asarray(scipy.fft.irfft(np.pad(spectrum, ((0, 0), (1, 0))), length)[:, :n])
 
     def with_mode(self, mode: Mode) -> "LinearModel":
         """Return the linear model with one more mode that was found since."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.controls import CONTRAST, contrasts
+from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.diagnosis.hypotheses.own_numbers import (
     OwnNumber,
     modal_numbers,
@@ -39,6 +40,11 @@ that of its place: 0.1 to 40 % [-]."""
 
 MODE_DAMPING: Final = (0.01, 1.0)
 """Middle and standard deviation of the logarithm of its damping ratio: 0.14 to 7 % [-]."""
+
+
+PARTICIPATION: Final = 1.0
+"""Standard deviation of the participation of a mode that the drive alone excites: 1.6 and -0.9
+are those of the tip of a beam in its first two [-]."""
 
 
 @final
@@ -94,12 +100,13 @@ class LinearParameters:
         The prior.
     n_controls : int
         Channels that drive it.
-    places : sequence of (str, float)
-        Mass at which each further mode sits, and the frequency around which it is sought [Hz].
+    places : sequence of (str or None, float)
+        Mass at which each further mode sits, None of one that the drive alone excites, and the
+        frequency around which it is sought [Hz].
     """
 
     def __init__(
-        self, model: Model, n_controls: int, places: Sequence[tuple[str, float]] = ()
+        self, model: Model, n_controls: int, places: Sequence[tuple[str | None, float]] = ()
     ) -> None:
         self.model, self.places = model, tuple(places)
         self.n_controls, self.n_sensors = n_controls, len(model.sensors)
@@ -115,11 +122,15 @@ class LinearParameters:
             ),
             *(
                 Coordinate(f"{what} of the mode at {frequency:.4g} Hz", unit, spread, 1e-4)
-                for _, frequency in self.places
+                for place, frequency in self.places
                 for what, unit, spread in (
-                    ("mass", "kg", MODE_SHARE[1]),
                     ("frequency", "Hz", 0.05),
                     ("damping ratio", "1", MODE_DAMPING[1]),
+                    *(
+                        [(f"participation of {s}", "1", PARTICIPATION) for s in model.sensors]
+                        if place is None
+                        else [("mass", "kg", MODE_SHARE[1])]
+                    ),
                 )
             ),
         )
@@ -150,39 +161,63 @@ class LinearParameters:
             replace(found, modes=(*found.modes, *self._modes(values))) if self.places else found
         )
 
+    def size_of(self, place: str | None) -> int:
+        """Return how many numbers a further mode has at a place."""
+        return 3 if place is not None else 2 + self.n_sensors
+
+    @property
+    def n_of_modes(self) -> int:
+        """How many numbers all further modes have; they are the last."""
+        return sum(self.size_of(place) for place, _ in self.places)
+
     def heaviest(self, values: FloatArray) -> float:
         """Return the largest mass of the modes of one place over what is left of it [-]."""
         return max(self._shares(values)[1].values(), default=0.0)
 
     def _shares(self, values: FloatArray) -> tuple[list[float], dict[str, float]]:
         """Return the mass of each mode over what is left of its place, and their sums [-]."""
-        shares = [
-            MODE_SHARE[0] * float(np.exp(share)) for share in self._of_modes(values)[:, 0]
-        ]
-        whole = {place: 0.0 for place, _ in self.places}
-        for (place, _), share in zip(self.places, shares, strict=True):
+        at = [(place, own[2]) for place, _, own in self._of_modes(values) if place is not None]
+        shares = [MODE_SHARE[0] * float(np.exp(share)) for _, share in at]
+        whole = {place: 0.0 for place, _ in at}
+        for (place, _), share in zip(at, shares, strict=True):
             whole[place] += share
         return shares, whole
 
-    def _of_modes(self, values: FloatArray) -> FloatArray:
-        """Return the values of the further modes, (n, 3) array."""
-        return values[len(values) - 3 * len(self.places) :].reshape(-1, 3)
+    def _of_modes(self, values: FloatArray) -> list[tuple[str | None, float, FloatArray]]:
+        """Return place, frequency [Hz] and values of each further mode."""
+        found, first = [], len(values) - self.n_of_modes
+        for place, frequency in self.places:
+            last = first + self.size_of(place)
+            found.append((place, frequency, values[first:last]))
+            first = last
+        return found
 
     def _modes(self, values: FloatArray) -> list[Mode]:
         """Return the further modes: together they never take all of the mass of a place."""
         shares, whole = self._shares(values)
         rigid = self.model.rigid_masses
+        at = [one for one in self._of_modes(values) if one[0] is not None]
         return [
             Mode(
-                frequency * float(np.exp(shift)),
-                MODE_DAMPING[0] * float(np.exp(damping)),
+                *_tuned(frequency, own),
                 rigid[place] * share / (1.0 + whole[place]),
                 {place: 1.0},
             )
-            for (place, frequency), share, (_, shift, damping) in zip(
-                self.places, shares, self._of_modes(values), strict=True
-            )
+            for (place, frequency, own), share in zip(at, shares, strict=True)
         ]
+
+    def driven(self, values: FloatArray) -> tuple[DrivenMode, ...]:
+        """Return the further modes that the drive alone excites."""
+        return tuple(
+            DrivenMode(*_tuned(frequency, own), own[2:])
+            for place, frequency, own in self._of_modes(values)
+            if place is None
+        )
+
+    def last_mode(self, values: FloatArray) -> tuple[float, float]:
+        """Return natural frequency [Hz] and damping ratio [-] of the mode that came last."""
+        _, frequency, own = self._of_modes(values)[-1]
+        return _tuned(frequency, own)
 
     def chain_at(self, values: FloatArray) -> Chain:
         """Return the chain of measurement."""
@@ -196,9 +231,14 @@ class LinearParameters:
         weights = weights + self.contrasts @ values[at : at + self.n_controls - 1]
         return Chain(np.exp(gains), delays, weights)
 
-    def with_mode(self, place: str, frequency: float) -> "LinearParameters":
+    def with_mode(self, place: str | None, frequency: float) -> "LinearParameters":
         """Return the parameters with one more mode."""
         return LinearParameters(self.model, self.n_controls, (*self.places, (place, frequency)))
+
+
+def _tuned(frequency: float, own: FloatArray) -> tuple[float, float]:
+    """Return natural frequency [Hz] and damping ratio [-] by the first values of a mode."""
+    return frequency * float(np.exp(own[0])), MODE_DAMPING[0] * float(np.exp(own[1]))
 
 
 def _own_numbers(model: Model) -> list[OwnNumber]:

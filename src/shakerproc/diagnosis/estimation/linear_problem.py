@@ -95,7 +95,9 @@ class LinearTest:
     ) -> ComplexArray:
         """Return the response function of every sensor at [Hz] (see `sensor_responses`)."""
         model = parameters.model_at(values).under(self.test.conditions)
-        return sensor_responses(model, frequency)
+        alone = sensor_responses(model, frequency)
+        beside = (mode.responses(model, frequency) for mode in parameters.driven(values))
+        return np.asarray(sum(beside, start=alone))
 
     def residual(self, parameters: LinearParameters, values: FloatArray) -> ComplexArray:
         """Return the spectrum of measured less simulated over its noise, (n_sensors, n_bins).

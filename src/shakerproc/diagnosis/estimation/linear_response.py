@@ -56,6 +56,45 @@ class Poles:
         return float(1.0 / damped.min()) if damped.size else 0.0
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenMode:
+    r"""A further mode that the drive excites, and that does not react on the model.
+
+    .. math:: a_i = -\frac{p_i s^2}{s^2 + 2 \zeta \omega s + \omega^2} \, a
+
+    Every mode of a real specimen is one, of any sign at a sensor: 1.6 and -0.9 are those of the
+    tip of a beam in its first two. What an attached mass adds (see `Mode`) is a special case.
+
+    Attributes
+    ----------
+    frequency : float
+        Natural frequency [Hz].
+    damping_ratio : float
+        Over the critical one [-].
+    participation : (n_sensors,) array
+        Of the sensors, over the acceleration of the base or the force over all masses [-].
+    """
+
+    frequency: float
+    damping_ratio: float
+    participation: FloatArray
+
+    def responses(self, model: Model, frequency: FloatArray) -> ComplexArray:
+        """Return what it adds to every sensor, (n_sensors, n) array; frequencies above 0 [Hz].
+
+        Nothing to a sensor of force.
+        """
+        s, omega = 2j * np.pi * frequency, 2.0 * np.pi * self.frequency
+        of_drive = -1.0 if model.excitation.moves_base else 1.0 / sum(model.masses.values())
+        z = of_drive / (s**2 + 2.0 * self.damping_ratio * omega * s + omega**2)
+        measures = [sensor.measures for sensor in model.sensors.values()]
+        return np.array([
+            _OF_DISPLACEMENT[kind](share * z, s, 0.0) if kind in _OF_DISPLACEMENT else 0.0 * z
+            for share, kind in zip(self.participation, measures, strict=True)
+        ])
+
+
 def poles_of(model: Model) -> Poles:
     """Return the linear part of a model; laws that are not linear are left out."""
     matrix = assemble(model).machine.matrix
