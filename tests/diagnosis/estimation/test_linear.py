@@ -81,7 +81,7 @@ def test_modes_never_take_all_of_the_mass_of_their_place(heavy):
     """However heavy a fit would have them: with 3.3 each was 54 % of it."""
     parameters = LinearParameters(model(), 1, [("coupon", 2000.0), ("coupon", 3000.0)])
     values = np.zeros(parameters.spreads.size)
-    values[[-6, -3]] = heavy
+    values[[-4, -1]] = heavy
     made = parameters.model_at(values)
     held = sum(mode.mass for mode in made.modes)
     assert 0.0 < held < made.masses["coupon"]

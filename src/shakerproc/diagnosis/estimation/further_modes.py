@@ -103,30 +103,32 @@ def _next_mode(
 ) -> tuple[LinearParameters, LinearSolution] | None:
     extra, free = state
     before = parameters, solution.values
-    starts = [
-        found
-        for frequency in _peaks(test, parameters, solution, extra, limits)
-        for found in (
-            *(
-                _local(test, before, extra, place, frequency)
-                for place in parameters.model.masses
-            ),
-            _local_driven(test, before, extra, frequency),
-        )
+    peaks = _peaks(test, parameters, solution, extra, limits)
+    attached = [
+        _local(test, before, extra, place, frequency)
+        for frequency in peaks
+        for place in parameters.model.masses
     ]
-    if not starts:
+    driven = [_local_driven(test, before, extra, frequency) for frequency in peaks]
+    found: list[tuple[float, LinearParameters, LinearSolution]] = []
+    without = None
+    for kind, worse in ((attached, 0.0), (driven, GAIN_ENOUGH)):  # all else alike, one attached
+        fall, richer, start = max(kind, key=lambda one: one[0], default=(0.0, parameters, free))
+        if fall < GAIN_ENOUGH:
+            continue
+        without = without or solve([test], parameters, solution.values, [extra], free)
+        moving = np.concatenate([free, np.ones(start.size - free.size, bool)])
+        one = solve([test], richer, start, [extra], moving)
+        if (
+            richer.heaviest(one.values) <= 1.0  # than all else: no mode, but missing physics
+            and one.chi_square <= without.chi_square - GAIN_ENOUGH
+            and _is_mode(test, (parameters, without), (richer, one), extra, limits)
+        ):
+            found.append((one.chi_square + worse, richer, one))
+    if not found:
         return None
-    fall, richer, start = max(starts, key=lambda found: found[0])
-    if fall < GAIN_ENOUGH:
-        return None
-    moving = np.concatenate([free, np.ones(start.size - free.size, bool)])
-    found = richer, solve([test], richer, start, [extra], moving)
-    if richer.heaviest(found[1].values) > 1.0:  # than all else: no mode, but missing physics
-        return None
-    without = solve([test], parameters, solution.values, [extra], free)
-    if found[1].chi_square > without.chi_square - GAIN_ENOUGH:
-        return None
-    return found if _is_mode(test, (parameters, without), found, extra, limits) else None
+    _, richer, best = min(found, key=lambda one: one[0])
+    return richer, best
 
 
 def _local(
@@ -169,11 +171,7 @@ def _local_driven(
     extra: FloatArray,
     frequency: float,
 ) -> tuple[float, LinearParameters, FloatArray]:
-    """Return, as `_local`, what a mode does that the drive alone excites.
-
-    One of another kind brings more only by more than `GAIN_ENOUGH`: an attached mass reacts on
-    the model, at every level.
-    """
+    """Return, as `_local`, what a mode does that the drive alone excites."""
     parameters, values = before
     richer = parameters.with_mode(None, frequency)
     near, weight, left, drive = _around(test, before, extra, frequency)
@@ -185,7 +183,7 @@ def _local_driven(
         unit = turned * richer.driven(trial)[-1].responses(richer.model, test.bins[near])
         power = np.maximum(np.sum(np.abs(unit) ** 2, axis=1), 1e-300)
         along = np.sum((unit.conj() * left).real, axis=1)
-        fall = float(np.sum(along**2 / power)) - GAIN_ENOUGH
+        fall = float(np.sum(along**2 / power))
         if fall > best[0]:
             best = (fall, richer, np.concatenate([trial[: -ones.size], along / power]))
     return best
