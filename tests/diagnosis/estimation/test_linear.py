@@ -11,6 +11,7 @@ from tests.comparison.small_campaigns import JOINT, MASS, campaign, drive
 
 from blind import laws
 from shakerproc.diagnosis.data import TestArrays, prepared
+from shakerproc.diagnosis.estimation.correction import without_driven
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
@@ -89,6 +90,28 @@ def test_modes_never_take_all_of_the_mass_of_their_place(heavy):
     light = 2.0 * 0.02 * np.exp(heavy)  # over what is left
     assert held / made.rigid_masses["coupon"] == pytest.approx(light)
     assert parameters.heaviest(values) == pytest.approx(light)
+
+
+@pytest.mark.parametrize("share", [-0.25, 0.05])
+def test_a_mode_that_the_drive_alone_excites_is_found_and_taken_out(plain, share):
+    """As the second mode of a beam at its tip: no mass on the first mass moves like that."""
+    s, omega = 2j * np.pi * np.fft.rfftfreq(2 * plain[0].n_samples, 1 / SAMPLE_RATE), 3770.0
+    changed = []
+    for test in plain:
+        drive = np.fft.rfft(test.arrays.controls[0], 2 * test.n_samples)
+        answer = -share * s**2 / (s**2 + 2.0 * 0.012 * omega * s + omega**2) * drive
+        more = np.fft.irfft(answer, 2 * test.n_samples)[: test.n_samples]
+        changed.append(replace(test, responses=test.responses + more))
+    found = fit_linear(model(1.15, 0.6), changed)
+    (mode,) = found.driven
+    assert mode.frequency == pytest.approx(omega / (2.0 * np.pi), rel=1e-3)
+    assert mode.damping_ratio == pytest.approx(0.012, rel=0.05)
+    assert mode.participation == pytest.approx([share], rel=0.02)
+    assert stiffness_of(found) == pytest.approx(JOINT.stiffness, rel=1e-3)
+    assert max(found.left.values()) < 0.007
+    for test, clean in zip(without_driven(changed, found), plain, strict=True):
+        away = np.std(test.responses - clean.responses) / np.std(clean.responses)
+        assert away < 0.1 * np.std(more) / np.std(clean.responses)
 
 
 def test_a_mode_near_the_own_one_is_left_to_the_choice():

@@ -8,6 +8,7 @@ import numpy as np
 from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, numbers, numbers_off
+from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.joint_outcomes import Outside
@@ -15,7 +16,14 @@ from shakerproc.diagnosis.result import Errors, Finding, Pair, Tried
 from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, SHARE, bare, leaves_more
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
-from shakerproc.diagnosis.selection.errors import beyond_noise, error_of_scored, scored_tests
+from shakerproc.diagnosis.selection.errors import (
+    beyond_noise,
+    error_of,
+    error_of_scored,
+    floors_of,
+    pooled_floor,
+    scored_tests,
+)
 from shakerproc.diagnosis.selection.proposing import Unexercised
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.updated import Comparisons, elements_of, model_with
@@ -108,6 +116,26 @@ def holds_in_whole_tests(errors: Errors, *, effects: bool) -> bool:
     without = errors.held_out.before if errors.without is None else errors.without
     beyond, was = (beyond_noise(one, floor) for one in (left, without))
     return beyond <= max(NEGLIGIBLE, SHARE * was)
+
+
+def with_further_modes(found: Found, chosen: Score, errors: Errors) -> Errors:
+    """Return the errors of whole tests with further modes, which `compare` does not have.
+
+    As they are where the specimen has none, and where whole tests cannot be run.
+    """
+    known = len(found.before.hypothesis.model.modes)
+    if not found.linear_model.driven and len(found.data.model.modes) == known:
+        return errors
+    whole, alone = found.free_run(chosen), found.free_run(found.linear)
+    if whole is None:
+        return errors
+    windows = replace(whole_tests(found.data, held_out=True), from_rest=False)
+    return replace(
+        errors,
+        held_out=Pair(errors.held_out.before, error_of(found.data, whole.fit, windows)),
+        noise_floor=pooled_floor(floors_of(found.data, whole.fit, windows)),
+        without=None if alone is None else error_of(found.data, alone.fit, windows),
+    )
 
 
 def nothing_named(

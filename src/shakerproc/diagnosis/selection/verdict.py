@@ -48,6 +48,7 @@ from shakerproc.diagnosis.selection.tried import (
     outside_sentence,
     tried,
     untried,
+    with_further_modes,
 )
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
@@ -149,8 +150,9 @@ def _doubts(found: Found, chosen: Score, after: Simulated, errors: Errors) -> li
     told = [headline.unexplained_sentence(one) for one in apart[:1]]
     if not leaves_more(found, chosen) and falls_short(found, chosen):
         told.append(headline.short_sentence(found.form.horizon))
-    if not holds_in_whole_tests(errors, effects=bool(chosen.fit.hypothesis.added)):
-        told.append(headline.whole_sentence(errors))
+    whole = with_further_modes(found, chosen, errors)
+    if not holds_in_whole_tests(whole, effects=bool(chosen.fit.hypothesis.added)):
+        told.append(headline.whole_sentence(whole))
     return told
 
 
