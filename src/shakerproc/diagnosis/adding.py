@@ -10,7 +10,7 @@ from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimates
 from shakerproc.diagnosis.estimation.windows import whole_tests
-from shakerproc.diagnosis.joint_outcomes import FurtherMode
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, mode_notes
 from shakerproc.diagnosis.one_effect import Fitted, fitted_effect
 from shakerproc.diagnosis.result import Errors, Pair
 from shakerproc.diagnosis.selection.errors import (
@@ -22,7 +22,7 @@ from shakerproc.diagnosis.selection.errors import (
 )
 from shakerproc.diagnosis.updated import Comparisons, effect_of, model_with
 from shakerproc.diagnosis.wanted import Wanted
-from shakerproc.diagnosis.wording import mode_notes, whole_note
+from shakerproc.diagnosis.wording import whole_note
 from shakerproc.errors import DiagnosisError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Mode, Model

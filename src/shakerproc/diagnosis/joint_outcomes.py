@@ -1,12 +1,14 @@
 """Findings beside effects: locked joints, a free law, further modes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
+from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.models import Element, Mode
 from shakerproc.models.effects import Table
 from shakerproc.models.motion import Motion
+from shakerproc.numerals import numeral
 
 
 @final
@@ -112,3 +114,18 @@ class FurtherMode:
             "mass_kg": self.mass,
             "participation": dict(self.participation),
         }
+
+
+def mode_notes(modes: Sequence[FurtherMode], driven: Sequence[DrivenMode] = ()) -> list[str]:
+    """Return which further modes were fitted, and which taken away; nothing without any."""
+    fitted = f"Fitted as linear: {_modes_at(modes)}."
+    away = (
+        f"Taken out of the responses: {_modes_at(driven)}, which the drive alone excites. "
+        "Errors of `compare` contain what that adds."
+    )
+    return [*[fitted] * bool(modes), *[away] * bool(driven)]
+
+
+def _modes_at(modes: Sequence[FurtherMode | DrivenMode]) -> str:
+    said = " and ".join(numeral(f, 4) for f in sorted(mode.frequency for mode in modes))
+    return f"{'a further mode' if len(modes) == 1 else 'further modes'} at {said} Hz"

@@ -8,8 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimate import Estimate
-from shakerproc.diagnosis.estimation.linear_response import DrivenMode
-from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
+from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import Errors, Finding, Where
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
 from shakerproc.diagnosis.selection.where import PARTS
@@ -109,10 +108,16 @@ def fault_sentence(faults: Sequence[Finding], errors: Errors, *, alone: bool) ->
 
 def nothing_sentence(errors: Errors, which: str, *, complete: bool) -> str:
     """Return the verdict that nothing is missing, by `which` model; only noise, if complete."""
-    beyond = "" if complete else CALIBRATED
+    own, beyond = errors.among, "" if complete else CALIBRATED
+    said = (
+        f"Nothing is missing: {which} leaves {numeral(own.held_out.after)} of the response, "
+        f"the noise is {_noise(own.noise_floor)}{beyond}."
+    )
+    if abs(own.held_out.after - errors.held_out.after) <= NEGLIGIBLE:
+        return said
     return (
-        f"Nothing is missing: {which} leaves {numeral(errors.held_out.after)} of the "
-        f"response, the noise is {_noise(errors.noise_floor)}{beyond}."
+        f"{said} As `compare` runs whole tests, with perfect sensors and no further modes, "
+        f"{numeral(errors.held_out.after)} is left."
     )
 
 
@@ -183,21 +188,6 @@ def further_note(kinds: Sequence[str], now: float, then: float) -> str:
         f"{name} would lower the held-out free-run error from {numeral(now)} to "
         f"{numeral(then)}. It can be added next."
     )
-
-
-def mode_notes(modes: Sequence[FurtherMode], driven: Sequence[DrivenMode] = ()) -> list[str]:
-    """Return which further modes were fitted, and which taken away; nothing without any."""
-    fitted = f"Fitted as linear: {_modes_at(modes)}."
-    away = (
-        f"Taken out of the responses: {_modes_at(driven)}, which the drive alone excites. "
-        "Errors of `compare` contain what that adds."
-    )
-    return [*[fitted] * bool(modes), *[away] * bool(driven)]
-
-
-def _modes_at(modes: Sequence[FurtherMode | DrivenMode]) -> str:
-    said = " and ".join(numeral(f, 4) for f in sorted(mode.frequency for mode in modes))
-    return f"{'a further mode' if len(modes) == 1 else 'further modes'} at {said} Hz"
 
 
 def whole_note(was: float, now: float, horizon: float) -> str:

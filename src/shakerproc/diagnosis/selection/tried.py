@@ -172,7 +172,6 @@ def nothing_named(
     said = [wording.nothing_sentence(errors, which, complete=complete)]
     if chosen is found.linear:
         said += headline.off_sentences(numbers_off(chosen.fit))
-    said += wording.noise_sentences(errors)
     return "nothing missing", " ".join(said)
 
 

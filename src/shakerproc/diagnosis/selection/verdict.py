@@ -18,7 +18,7 @@ from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import ahead, falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
-from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked
+from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, mode_notes
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
 from shakerproc.diagnosis.selection.choice import (
     bare,
@@ -250,7 +250,7 @@ def _notes(
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return remarks beside the verdict; `told` are notes made before."""
-    notes = wording.mode_notes(_further_modes(found), found.linear_model.driven)
+    notes = mode_notes(_further_modes(found), found.linear_model.driven)
     if found.data.plain is not found.data:
         notes.append(_own_note(found, chosen))
     if found.data.points:
