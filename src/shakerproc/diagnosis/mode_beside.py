@@ -1,16 +1,20 @@
-"""A further linear mode of the specimen that shows only beside an effect."""
+"""Further linear modes of the specimen that show only beside an effect."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.beginnings import STARTS
+from shakerproc.diagnosis.estimation.correction import without_driven
 from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.further_modes import APART, MOST, WIDEST
 from shakerproc.diagnosis.estimation.least_squares import Fit
+from shakerproc.diagnosis.estimation.linear import fit_linear
+from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.linear_response import poles_of
 from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.horizon import scored_at
@@ -32,30 +36,71 @@ DAMPING_RATIO: Final = 0.01
 """Damping ratio of a mode that is tried, likewise [-]."""
 
 
-def mode_beside(outcome: Outcome, say: Callable[[str], None]) -> Mode | None:
-    """Return a mode that the best hypothesis with an effect lacks; None without one.
+def with_modes_beside(
+    outcome: Outcome,
+    linear_model: LinearModel,
+    tests: Sequence[Test],
+    say: Callable[[str], None],
+) -> tuple[LinearModel, Sequence[Test]] | None:
+    """Return a linear model with modes that the best hypothesis with an effect lacks.
 
-    A strong effect hides it in spectra. In short windows an attached mode is fitted beside all
-    numbers of the effect, far above the model's own modes (see `further_modes.APART`); at the
-    horizon it has to take most of what is left beyond the noise. Where noise alone is left
-    there is nothing to take.
+    And the tests that it is to explain; None where no mode is missing.
 
     Parameters
     ----------
     outcome : Outcome
         What is left of the hypotheses.
+    linear_model : LinearModel
+        What they stand on.
+    tests : sequence of Test
+        What they explain.
     say : callable
         Called with what is being tried.
     """
-    campaign, form = outcome.campaign, outcome.forms[-1]
     best = best_of([outcome.linear, *outcome.effects])
-    if not leaves_something(best):
-        return None
-    starts = _starts(campaign)
-    n_further = len(campaign.data.model.modes)
-    if not starts or not best.fit.hypothesis.added or n_further >= MOST:
+    known = len(outcome.campaign.data.model.modes) + len(linear_model.driven)
+    if not leaves_something(best) or not best.fit.hypothesis.added or known >= MOST:
         return None
     say("a further mode beside the effect")
+    found = _driven_beside(outcome, best)
+    if found is not None:
+        driven = (*linear_model.driven, *found.driven)
+        return replace(linear_model, driven=driven), without_driven(tests, found)
+    mode = _attached_beside(outcome, best)
+    return None if mode is None else (linear_model.with_mode(mode), tests)
+
+
+def _driven_beside(outcome: Outcome, best: Score) -> LinearModel | None:
+    """Return the modes that the drive alone excites beside a hypothesis; None without any.
+
+    What it adds to the linear response, whole tests simulated, hides them no longer. Without
+    them it has to predict surely better, and leave little of what it left.
+    """
+    campaign, form = outcome.campaign, outcome.forms[-1]
+    data, model = campaign.data, best.fit.hypothesis.model_at(best.fit.x)
+    if data.model.structures:
+        return None
+    found = fit_linear(model, data.tests, own_numbers=False)
+    if not found.driven:
+        return None
+    clean = replace(campaign, data=replace(data, tests=without_driven(data.tests, found)))
+    there = carried(clean.data, best.fit, [form])
+    is_one = there is not None and _tells(clean, best, there, form)
+    return found if is_one else None
+
+
+def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
+    """Return an attached mode that a hypothesis with an effect lacks; None without one.
+
+    A strong effect hides it in spectra. In short windows an attached mode is fitted beside all
+    numbers of the effect, far above the model's own modes (see `further_modes.APART`); at the
+    horizon it has to take most of what is left beyond the noise. Where noise alone is left
+    there is nothing to take.
+    """
+    campaign, form = outcome.campaign, outcome.forms[-1]
+    starts = _starts(campaign)
+    if not starts:
+        return None
     search = OneMore(
         campaign.data, best.fit, campaign.known, campaign.stages,
         linear=best.fit.hypothesis.parts(best.fit.x)[0], say=lambda _: None,

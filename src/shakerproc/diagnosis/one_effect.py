@@ -25,7 +25,7 @@ from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
 from shakerproc.diagnosis.many_joints import raced
-from shakerproc.diagnosis.mode_beside import mode_beside
+from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
@@ -103,7 +103,7 @@ def fitted_effect(
         say("the chain of measurement corrected")
         other = _fitted(model, linear, corrected(tests, linear), wanted, say)
         found = min((found, other), key=lambda one: one.left)
-    return replace(found, driven=linear.driven)
+    return found
 
 
 def _fitted(
@@ -135,11 +135,13 @@ def _fitted(
     campaign = replace(campaign, data=best.data)
     singles = [] if wanted.is_free_law else [best]
     campaign, forms, without, effects = compared(campaign, linear, singles)
-    mode = mode_beside(Outcome(campaign, forms, without, effects, singles), say)
-    if mode is not None:
-        return _fitted(original, linear_model.with_mode(mode), tests, wanted, say)
+    here = Outcome(campaign, forms, without, effects, singles)
+    more = with_modes_beside(here, linear_model, tests, say)
+    if more is not None:
+        return _fitted(original, *more, wanted, say)
     scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]
-    return _as_fitted(original, campaign, forms[-1], scores, best)
+    found = _as_fitted(original, campaign, forms[-1], scores, best)
+    return replace(found, driven=linear_model.driven)
 
 
 def _in_component_tests(

@@ -35,7 +35,7 @@ from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import is_mostly_noise
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.many_joints import raced
-from shakerproc.diagnosis.mode_beside import mode_beside
+from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told, widened
 from shakerproc.diagnosis.rigid import rigid_joints
@@ -225,10 +225,10 @@ def _begun(
     if other is not None:
         one = told(original, linear_model, other, one_more.failed, starts)
         last = replace(last, found=one, outcome=other)
-    mode = None if last.is_enough or needs_none(last.found) else mode_beside(last.outcome, say)
-    if mode is None:
+    if last.is_enough or needs_none(last.found):
         return last
-    return _begun(original, linear_model.with_mode(mode), tests, say, scaled_by)
+    more = with_modes_beside(last.outcome, linear_model, tests, say)
+    return last if more is None else _begun(original, *more, say, scaled_by)
 
 
 def _in_structures(
