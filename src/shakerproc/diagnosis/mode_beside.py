@@ -62,7 +62,7 @@ def with_modes_beside(
     if not leaves_something(best) or not best.fit.hypothesis.added or known >= MOST:
         return None
     say("a further mode beside the effect")
-    found = _driven_beside(outcome, best)
+    found = _driven_beside(outcome)
     if found is not None:
         driven = (*linear_model.driven, *found.driven)
         return replace(linear_model, driven=driven), without_driven(tests, found)
@@ -70,16 +70,20 @@ def with_modes_beside(
     return None if mode is None else (linear_model.with_mode(mode), tests)
 
 
-def _driven_beside(outcome: Outcome, best: Score) -> LinearModel | None:
-    """Return the modes that the drive alone excites beside a hypothesis; None without any.
+def _driven_beside(outcome: Outcome) -> LinearModel | None:
+    """Return the modes that the drive alone excites beside an effect; None without any.
 
-    What it adds to the linear response, whole tests simulated, hides them no longer. Without
-    them it has to predict surely better, and leave little of what it left.
+    What the best effect that is no mode itself adds to the linear response, whole tests
+    simulated, hides them no longer. Without them it has to predict surely better, and leave
+    little of what it left.
     """
     campaign, form = outcome.campaign, outcome.forms[-1]
-    data, model = campaign.data, best.fit.hypothesis.model_at(best.fit.x)
-    if data.model.structures:
+    data = campaign.data
+    effects = [one for one in outcome.effects if not _has_mode(one)]
+    if data.model.structures or not effects:
         return None
+    best = best_of(effects)
+    model = best.fit.hypothesis.model_at(best.fit.x)
     found = fit_linear(model, data.tests, own_numbers=False)
     if not found.driven:
         return None
@@ -87,6 +91,10 @@ def _driven_beside(outcome: Outcome, best: Score) -> LinearModel | None:
     there = carried(clean.data, best.fit, [form])
     is_one = there is not None and _tells(clean, best, there, form)
     return found if is_one else None
+
+
+def _has_mode(score: Score) -> bool:
+    return AttachedMode.kind in score.fit.hypothesis.kinds
 
 
 def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
