@@ -21,7 +21,8 @@ from shakerproc.data import (
     SourceFile,
 )
 from shakerproc.errors import RecordingError
-from shakerproc.late import loaded
+from shakerproc.late import loaded, without
+from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.choosing import (
     WHOLE,
     Chosen,
@@ -45,6 +46,51 @@ GROUP: Final = "shakerproc.readers"
 dot, and the value a function from the path and the name of the run to a `RawFile`."""
 
 
+_ROOM: Final = "shakerproc.recordings"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FormatReader:
+    """Reader of a format that a package of others reads.
+
+    Attributes
+    ----------
+    place : str
+        Of the reader, below `shakerproc.recordings`.
+    package : str
+        The module that reads the files.
+    name, extra, instead : str
+        The format, the extra that brings the package, and what else can be done; no extra
+        where shakerproc itself needs the package.
+    apart : bool
+        Whether a process of its own reads each file: what is not Python may end it.
+    """
+
+    place: str
+    package: str
+    name: str = ""
+    extra: str = ""
+    instead: str = ""
+    apart: bool = True
+
+    def __call__(self, path: Path, run: str) -> RawFile:
+        """Return the channels of a file.
+
+        Raises
+        ------
+        RecordingError
+            If it cannot be read, or the package is not installed.
+        """
+        if self.extra and (lacks := without(self.package, self.name, self.extra, self.instead)):
+            raise RecordingError(f"{run}: {lacks}")
+        place = f"{_ROOM}.{self.place}"
+        if self.apart:
+            return opened_apart(path, run, place, self.package)
+        found: RawFile = loaded(place)(path, run)
+        return found
+
+
 @final
 class Readers(Mapping[str, Reader]):
     """Readers of files, by the ending in small letters.
@@ -53,14 +99,17 @@ class Readers(Mapping[str, Reader]):
     all are listed, or when an ending is asked for that shakerproc does not know.
     """
 
-    def __init__(self, known: Mapping[str, str]) -> None:
+    def __init__(self, known: Mapping[str, "str | FormatReader"]) -> None:
         self._known = dict(known)
         self._installed: dict[str, EntryPoint] | None = None
 
     def __getitem__(self, ending: str) -> Reader:
         if ending not in self._known:
             return of_entry(self._entries()[ending])
-        reader: Reader = loaded(f"shakerproc.recordings.{self._known[ending]}")
+        known = self._known[ending]
+        if isinstance(known, FormatReader):
+            return known
+        reader: Reader = loaded(f"{_ROOM}.{known}")
         return reader
 
     def __iter__(self) -> Iterator[str]:
@@ -70,7 +119,7 @@ class Readers(Mapping[str, Reader]):
         return len({**self._known, **self._entries()})
 
     @property
-    def known(self) -> Mapping[str, str]:
+    def known(self) -> "Mapping[str, str | FormatReader]":
         """Where the readers of shakerproc itself are, by ending."""
         return dict(self._known)
 
@@ -133,16 +182,18 @@ def read_dat(path: Path, run: str) -> RawFile:
     RecordingError
         If it cannot be read.
     """
-    from shakerproc.recordings import famos, mdf
-    from shakerproc.recordings.csv import read_csv
-
     start = first_bytes(path, run, 8)
-    if start in mdf.MAGIC:
-        return mdf.read_mdf(path, run)
-    if start.startswith(famos.MAGIC):
-        return famos.read_famos(path, run)
-    return read_csv(path, run)
+    ending = next((of[0] for mark, of in BEGINNINGS.items() if start.startswith(mark)), "")
+    return READERS[ending if ending in {".mf4", ".raw"} else ".csv"](path, run)
 
+
+_MDF: Final = FormatReader(
+    "mdf:read_mdf", "asammdf", "MDF", "recorders", "export it as TDMS, HDF5 or CSV"
+)
+_FEATHER: Final = FormatReader(
+    "feather:read_feather", "pyarrow", "Feather", "parquet", "use CSV"
+)
+_HDF5: Final = FormatReader("hdf5:read_hdf5", "h5py")
 
 READERS: Final = Readers({
     ".tdms": "tdms.reader:read_tdms",
@@ -156,18 +207,26 @@ READERS: Final = Readers({
     ".uff": "uff:read_uff",
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
-    ".parquet": "parquet:read_parquet",
-    ".feather": "feather:read_feather",
-    ".arrow": "feather:read_feather",
-    ".h5": "hdf5:read_hdf5",
-    ".hdf5": "hdf5:read_hdf5",
-    ".nc": "hdf5:read_hdf5",
-    ".nc4": "hdf5:read_hdf5",
-    ".xlsx": "csv:read_xlsx",
-    ".mf4": "mdf:read_mdf",
-    ".mdf": "mdf:read_mdf",
-    ".ide": "ide:read_ide",
-    ".raw": "famos:read_famos",
+    ".parquet": FormatReader(
+        "parquet:read_parquet", "pyarrow", "Parquet", "parquet", "use CSV"
+    ),
+    ".feather": _FEATHER,
+    ".arrow": _FEATHER,
+    ".h5": _HDF5,
+    ".hdf5": _HDF5,
+    ".nc": _HDF5,
+    ".nc4": _HDF5,
+    ".xlsx": FormatReader(
+        "csv:read_xlsx", "openpyxl", "XLSX", "xlsx", "save it as CSV", apart=False
+    ),
+    ".mf4": _MDF,
+    ".mdf": _MDF,
+    ".ide": FormatReader(
+        "ide:read_ide", "idelib", "IDE", "recorders", "export it as CSV or MAT", apart=False
+    ),
+    ".raw": FormatReader(
+        "famos:read_famos", "imctermite", "imc FAMOS", "recorders", "export it as MAT or CSV"
+    ),
     ".rsp": "rpc3:read_rpc3",
     ".rpc": "rpc3:read_rpc3",
     ".rpc3": "rpc3:read_rpc3",
