@@ -4,7 +4,6 @@ import os
 
 import numpy as np
 import pytest
-
 from tests.recordings.shared_data import FOLDER
 
 from shakerproc.data import Channel, recording_of_arrays
