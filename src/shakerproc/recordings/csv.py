@@ -361,7 +361,7 @@ def _joined(found: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawF
     values: list[Any] = []
     for name, raw in found.items():
         if raw.skipped is not None:
-            raise RecordingError(f"{run}: sheet {shown(name)}: {raw.refusal}")
+            raise RecordingError(f"{run}: sheet {shown(name)}: {raw.refusal} Repair the sheet.")
         channels = raw.groups[0].channels
         groups.append(
             RawGroup(name, tuple(replace(c, row=c.row + len(values)) for c in channels))

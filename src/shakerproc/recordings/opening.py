@@ -248,6 +248,10 @@ BEGINNINGS: Final = {
 }  # fmt: skip
 """How files of a format begin, with the endings that have it read."""
 
+_REMEDY: Final = (
+    "Repair the file, or have such rows skipped: processing: {bad_rows: skip} in the log (or "
+    "--bad-rows skip)."
+)
 NO_ROLE: Final = "no role fits its unit; a log can give it one"
 IGNORED: Final = "role: ignore in the log"
 
@@ -410,7 +414,7 @@ def recording_in(
         said = sample_rate if isinstance(sample_rate, Sampling) else Sampling(sample_rate)
         raw = with_time_bases(raw, said)
         if raw.skipped is not None and bad_rows != "skip":
-            raise RecordingError(f"{name}: {raw.refusal}")
+            raise RecordingError(f"{name}: {raw.refusal} {_REMEDY}")
         among, note = choose_part(raw, part, uses, name)
         wanted = uses if decide is None else decide(among, uses)
         chosen = choose_channels(among, wanted, name)
