@@ -90,8 +90,8 @@ def serve() -> None:
         if not one:
             _serve_file(loaded(place), (path, run), orders, answers)
             os._exit(_CLOSED)
-        for name in _USED:  # meanwhile, for the forks to come
-            import_module(name)
+        import_module("pandas")  # meanwhile, for the forks to come: what readers use besides
+        loaded("shakerproc.recordings.si:parse_unit")("s")
         status = os.waitstatus_to_exitcode(os.waitpid(one, 0)[1])
         if status != _CLOSED:
             os._exit(DIED - status if status < 0 else status)
@@ -147,9 +147,6 @@ def _slice(kept: list[Any], request: Buffer) -> tuple[Buffer, ...]:
 
 LONGEST_S: Final = 60.0
 """An answer that takes longer is given up [s]; the first of a process takes a third."""
-
-_USED: Final = ("pandas", "pint")
-"""Packages that readers load on their way."""
 
 _SERVE: Final = "from shakerproc.recordings.apart import serve; serve()"
 

@@ -82,7 +82,8 @@ class FormatReader:
         RecordingError
             If it cannot be read, or the package is not installed.
         """
-        if self.extra and (lacks := without(self.package, self.name, self.extra, self.instead)):
+        module = self.package.partition(".")[0]
+        if self.extra and (lacks := without(module, self.name, self.extra, self.instead)):
             raise RecordingError(f"{run}: {lacks}")
         place = f"{_ROOM}.{self.place}"
         if self.apart:
@@ -208,7 +209,7 @@ READERS: Final = Readers({
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
     ".parquet": FormatReader(
-        "parquet:read_parquet", "pyarrow", "Parquet", "parquet", "use CSV"
+        "parquet:read_parquet", "pyarrow.parquet", "Parquet", "parquet", "use CSV"
     ),
     ".feather": _FEATHER,
     ".arrow": _FEATHER,
