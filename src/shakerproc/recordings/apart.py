@@ -90,11 +90,12 @@ def serve() -> None:
         if not one:
             _serve_file(loaded(place), (path, run), orders, answers)
             os._exit(_CLOSED)
-        import_module("pandas")  # meanwhile, for the forks to come: what readers use besides
-        loaded("shakerproc.recordings.si:parse_unit")("s")
         status = os.waitstatus_to_exitcode(os.waitpid(one, 0)[1])
         if status != _CLOSED:
             os._exit(DIED - status if status < 0 else status)
+        given(answers, b"closed")
+        import_module("pandas")  # for the forks to come: what readers use besides
+        loaded("shakerproc.recordings.si:parse_unit")("s")
 
 
 def _serve_file(
@@ -241,10 +242,11 @@ class _Process:
             timer.cancel()
 
     def leave(self) -> bool:
-        """Close the file that it reads; return whether it goes on with another."""
+        """Wait until the file that it reads is closed; return whether it takes another."""
         with contextlib.suppress(OSError):
             given(cast("FileIO", self._process.stdin), b"")
-        return self.end.alive and hasattr(os, "fork")
+            return bool(message(cast("FileIO", self._process.stdout)))
+        return False
 
     def how_it_died(self) -> str:
         """Return the signal or the status; empty where it ended like any program."""

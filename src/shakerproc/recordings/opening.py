@@ -33,7 +33,7 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open, shown
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
@@ -495,6 +495,8 @@ def _reader(path: Path, run: str) -> Reader:
             f"Shakerproc reads {', '.join(READERS)}; export the recording as one of these, or "
             "rename it to .txt where it is a table of text."
         )
+    if not path.stat().st_size:
+        raise RecordingError(f"{run}: the file is empty (0 bytes). {AGAIN}")
     return reader
 
 
