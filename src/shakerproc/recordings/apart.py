@@ -79,10 +79,11 @@ def serve() -> None:
     orders, answers = FileIO(0), FileIO(os.dup(1), "w")
     os.dup2(2, 1)
     while order := message(orders):
-        place, library, path, run = pickle.loads(order)  # noqa: S301 - of the process above
+        place, packages, path, run = pickle.loads(order)  # noqa: S301 - of the process above
         with contextlib.suppress(Exception):  # the reader meets it again
-            import_module(library)
             loaded(place)
+            for package in packages:
+                import_module(package)
         if not hasattr(os, "fork"):
             _serve_file(loaded(place), (path, run), orders, answers)
             return
@@ -94,8 +95,6 @@ def serve() -> None:
         if status != _CLOSED:
             os._exit(DIED - status if status < 0 else status)
         given(answers, b"closed")
-        import_module("pandas")  # for the forks to come: what readers use besides
-        loaded("shakerproc.recordings.si:parse_unit")("s")
 
 
 def _serve_file(
@@ -155,7 +154,7 @@ _ALONE: Final = dict.fromkeys(("OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
 """No threads: a fork has none of them."""
 
 
-def opened_apart(path: Path, run: str, reader: str, library: str) -> RawFile:
+def opened_apart(path: Path, run: str, reader: str, *packages: str) -> RawFile:
     """Return a file that another process reads, a slice at a time.
 
     Parameters
@@ -166,19 +165,19 @@ def opened_apart(path: Path, run: str, reader: str, library: str) -> RawFile:
         Opens every message.
     reader : str
         Place of the function from path and run to a `RawFile`, such as ``module:function``.
-    library : str
-        Package that it needs, loaded once for all files where there is a fork.
+    *packages : str
+        Modules that it needs, loaded once for all files where there is a fork.
 
     Raises
     ------
     RecordingError
         If it cannot be read, or the process died.
     """
-    request = reader, library, str(path.absolute()), run
+    request = reader, packages, str(path.absolute()), run
     return kept_open(_file_apart(run), lambda file: cast("RawFile", file.asked(request)))
 
 
-def result_apart(path: Path, run: str, function: str, library: str) -> Any:
+def result_apart(path: Path, run: str, function: str, *packages: str) -> Any:
     """Return the result of a function of path and run, numbers and texts, of another process.
 
     Parameters and exceptions are those of `opened_apart`.
@@ -190,7 +189,7 @@ def result_apart(path: Path, run: str, function: str, library: str) -> Any:
     """
     file = _file_apart(run)
     try:
-        return file.asked((function, library, str(path.absolute()), run))
+        return file.asked((function, packages, str(path.absolute()), run))
     finally:
         file.close()
 

@@ -58,20 +58,18 @@ class FormatReader:
     ----------
     place : str
         Of the reader, below `shakerproc.recordings`.
-    package : str
-        The module that reads the files.
-    name, extra, instead : str
-        The format, the extra that brings the package, and what else can be done; no extra
-        where shakerproc itself needs the package.
+    packages : tuple of str
+        The module that reads the files, and others that it loads.
+    missing : tuple of str
+        What `late.without` says where there is no such module: format, extra, what else can be
+        done; empty where shakerproc itself needs it.
     apart : bool
         Whether a process of its own reads each file: what is not Python may end it.
     """
 
     place: str
-    package: str
-    name: str = ""
-    extra: str = ""
-    instead: str = ""
+    packages: tuple[str, ...]
+    missing: tuple[str, str, str] | None = None
     apart: bool = True
 
     def __call__(self, path: Path, run: str) -> RawFile:
@@ -82,12 +80,12 @@ class FormatReader:
         RecordingError
             If it cannot be read, or the package is not installed.
         """
-        module = self.package.partition(".")[0]
-        if self.extra and (lacks := without(module, self.name, self.extra, self.instead)):
+        module = self.packages[0].partition(".")[0]
+        if self.missing and (lacks := without(module, *self.missing)):
             raise RecordingError(f"{run}: {lacks}")
         place = f"{_ROOM}.{self.place}"
         if self.apart:
-            return opened_apart(path, run, place, self.package)
+            return opened_apart(path, run, place, *self.packages)
         found: RawFile = loaded(place)(path, run)
         return found
 
@@ -188,13 +186,14 @@ def read_dat(path: Path, run: str) -> RawFile:
     return READERS[ending if ending in {".mf4", ".raw"} else ".csv"](path, run)
 
 
+_ARROW: Final = ("pyarrow.parquet", "pandas", "pint")
+_HDF5: Final = FormatReader("hdf5:read_hdf5", ("h5py",))
 _MDF: Final = FormatReader(
-    "mdf:read_mdf", "asammdf", "MDF", "recorders", "export it as TDMS, HDF5 or CSV"
+    "mdf:read_mdf", ("asammdf",), ("MDF", "recorders", "export it as TDMS, HDF5 or CSV")
 )
 _FEATHER: Final = FormatReader(
-    "feather:read_feather", "pyarrow", "Feather", "parquet", "use CSV"
+    "feather:read_feather", _ARROW, ("Feather", "parquet", "use CSV")
 )
-_HDF5: Final = FormatReader("hdf5:read_hdf5", "h5py")
 
 READERS: Final = Readers({
     ".tdms": "tdms.reader:read_tdms",
@@ -208,9 +207,7 @@ READERS: Final = Readers({
     ".uff": "uff:read_uff",
     ".unv": "uff:read_uff",
     ".uf58": "uff:read_uff",
-    ".parquet": FormatReader(
-        "parquet:read_parquet", "pyarrow.parquet", "Parquet", "parquet", "use CSV"
-    ),
+    ".parquet": FormatReader("parquet:read_parquet", _ARROW, ("Parquet", "parquet", "use CSV")),
     ".feather": _FEATHER,
     ".arrow": _FEATHER,
     ".h5": _HDF5,
@@ -218,15 +215,20 @@ READERS: Final = Readers({
     ".nc": _HDF5,
     ".nc4": _HDF5,
     ".xlsx": FormatReader(
-        "csv:read_xlsx", "openpyxl", "XLSX", "xlsx", "save it as CSV", apart=False
+        "csv:read_xlsx", ("openpyxl",), ("XLSX", "xlsx", "save it as CSV"), apart=False
     ),
     ".mf4": _MDF,
     ".mdf": _MDF,
     ".ide": FormatReader(
-        "ide:read_ide", "idelib", "IDE", "recorders", "export it as CSV or MAT", apart=False
+        "ide:read_ide",
+        ("idelib",),
+        ("IDE", "recorders", "export it as CSV or MAT"),
+        apart=False,
     ),
     ".raw": FormatReader(
-        "famos:read_famos", "imctermite", "imc FAMOS", "recorders", "export it as MAT or CSV"
+        "famos:read_famos",
+        ("imctermite",),
+        ("imc FAMOS", "recorders", "export it as MAT or CSV"),
     ),
     ".rsp": "rpc3:read_rpc3",
     ".rpc": "rpc3:read_rpc3",
