@@ -36,7 +36,7 @@ def read_famos(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If it cannot be read, or holds no channels.
+        If it cannot be read.
     """
     from imctermite import ImcTermite
 
@@ -53,8 +53,6 @@ def read_famos(path: Path, run: str) -> RawFile:
         channels.append(_channel(one, -1 if problem else len(keys), problem))
         if not problem:
             keys.append(one.uuid)
-    if not channels:
-        raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
     return RawFile(
         (RawGroup("", tuple(channels)),),
         SlicedSource(run, partial(_samples, file, keys), ExitStack()),

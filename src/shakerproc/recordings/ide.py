@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import (
     RawChannel,
@@ -41,7 +40,7 @@ def read_ide(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If it cannot be read, or holds no samples.
+        If it cannot be read.
     """
     for name in _LIBRARIES:  # they would tell on the terminal what is told here in one line
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -203,13 +202,7 @@ def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
 
 
 def _described(stream: BinaryIO, run: str) -> RawFile:
-    """Return the channels and times of an open file.
-
-    Raises
-    ------
-    RecordingError
-        If it holds no samples.
-    """
+    """Return the channels and times of an open file."""
     dataset, found = _imported(stream)
     promised, damaged = _promised(dataset)
     base = dataset.lastSession.utcStartTime
@@ -237,7 +230,5 @@ def _described(stream: BinaryIO, run: str) -> RawFile:
             )
             places.append((blocks, index))
         groups.append(RawGroup(str(sensor.name), tuple(channels)))
-    if not groups:
-        raise RecordingError(f"{run}: the file holds no samples. Copy it again.")
     notes = ("The file is damaged or cut: samples behind that are missing.",) * damaged
     return RawFile(tuple(groups), SlicedSource(run, partial(_samples, places), dataset), notes)

@@ -123,13 +123,7 @@ def _values(file: Any, place: tuple[int, int], start: int, stop: int) -> Any:
 
 
 def _described(file: Any, run: str) -> RawFile:
-    """Return the channels and times of an open file.
-
-    Raises
-    ------
-    RecordingError
-        If it holds no channels.
-    """
+    """Return the channels and times of an open file."""
     start = file.start_time
     start = start if start is not None and start.year >= _FIRST_YEAR else None
     found: list[tuple[float, str, list[RawChannel]]] = []
@@ -147,8 +141,6 @@ def _described(file: Any, run: str) -> RawFile:
                 places.append((number, index))
                 notes += _counts(channel, made.name)
         _join(found, step, _name(group, number), channels)
-    if not any(channels for _, _, channels in found):
-        raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
     groups = [RawGroup(name, tuple(channels)) for _, name, channels in found if channels]
     if len(groups) == 1:
         groups = [replace(groups[0], name="")]
