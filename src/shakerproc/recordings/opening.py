@@ -47,30 +47,34 @@ dot, and the value a function from the path and the name of the run to a `RawFil
 
 
 _ROOM: Final = "shakerproc.recordings"
+_INSTEAD: Final = "export it as TDMS, HDF5 or CSV"
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class FormatReader:
-    """Reader of a format that a package of others reads.
+    """Reader of a format, loaded when a file of it is opened.
 
     Attributes
     ----------
+    endings : str
+        Of the files, in small letters.
     place : str
-        Of the reader, below `shakerproc.recordings`.
-    packages : tuple of str
-        The module that reads the files, and others that it loads.
-    missing : tuple of str
-        What `late.without` says where there is no such module: format, extra, what else can be
-        done; empty where shakerproc itself needs it.
+        Of the function from path and run to a `RawFile`, below `shakerproc.recordings`.
+    packages : str
+        The module of others that reads the files, and what it loads besides.
+    name, extra : str
+        The format, and the extra that brings the module; empty where shakerproc needs it.
     apart : bool
         Whether a process of its own reads each file: what is not Python may end it.
     """
 
+    endings: str
     place: str
-    packages: tuple[str, ...]
-    missing: tuple[str, str, str] | None = None
-    apart: bool = True
+    packages: str = ""
+    name: str = ""
+    extra: str = ""
+    apart: bool = False
 
     def __call__(self, path: Path, run: str) -> RawFile:
         """Return the channels of a file.
@@ -80,12 +84,12 @@ class FormatReader:
         RecordingError
             If it cannot be read, or the package is not installed.
         """
-        module = self.packages[0].partition(".")[0]
-        if self.missing and (lacks := without(module, *self.missing)):
+        module = self.packages.split()[0].partition(".")[0] if self.extra else ""
+        if module and (lacks := without(module, self.name, self.extra, _INSTEAD)):
             raise RecordingError(f"{run}: {lacks}")
         place = f"{_ROOM}.{self.place}"
         if self.apart:
-            return opened_apart(path, run, place, *self.packages)
+            return opened_apart(path, run, place, *self.packages.split())
         found: RawFile = loaded(place)(path, run)
         return found
 
@@ -94,22 +98,18 @@ class FormatReader:
 class Readers(Mapping[str, Reader]):
     """Readers of files, by the ending in small letters.
 
-    All are loaded when they are asked for. Readers of installed packages are looked for when
-    all are listed, or when an ending is asked for that shakerproc does not know.
+    Those of installed packages are looked for when all are listed, or when an ending is asked
+    for that shakerproc does not know.
     """
 
-    def __init__(self, known: Mapping[str, "str | FormatReader"]) -> None:
-        self._known = dict(known)
+    def __init__(self, formats: Sequence[FormatReader]) -> None:
+        self._known = {ending: one for one in formats for ending in one.endings.split()}
         self._installed: dict[str, EntryPoint] | None = None
 
     def __getitem__(self, ending: str) -> Reader:
         if ending not in self._known:
             return of_entry(self._entries()[ending])
-        known = self._known[ending]
-        if isinstance(known, FormatReader):
-            return known
-        reader: Reader = loaded(f"{_ROOM}.{known}")
-        return reader
+        return self._known[ending]
 
     def __iter__(self) -> Iterator[str]:
         return iter({**self._known, **self._entries()})
@@ -118,8 +118,8 @@ class Readers(Mapping[str, Reader]):
         return len({**self._known, **self._entries()})
 
     @property
-    def known(self) -> "Mapping[str, str | FormatReader]":
-        """Where the readers of shakerproc itself are, by ending."""
+    def known(self) -> Mapping[str, FormatReader]:
+        """The readers of shakerproc itself, by ending."""
         return dict(self._known)
 
     def _entries(self) -> dict[str, EntryPoint]:
@@ -186,57 +186,32 @@ def read_dat(path: Path, run: str) -> RawFile:
     return READERS[ending if ending in {".mf4", ".raw"} else ".csv"](path, run)
 
 
-_ARROW: Final = ("pyarrow.parquet", "pandas", "pint")
-_HDF5: Final = FormatReader("hdf5:read_hdf5", ("h5py",))
-_MDF: Final = FormatReader(
-    "mdf:read_mdf", ("asammdf",), ("MDF", "recorders", "export it as TDMS, HDF5 or CSV")
-)
-_FEATHER: Final = FormatReader(
-    "feather:read_feather", _ARROW, ("Feather", "parquet", "use CSV")
-)
+_ARROW: Final = "pyarrow.parquet pandas pint"
 
-READERS: Final = Readers({
-    ".tdms": "tdms.reader:read_tdms",
-    ".csv": "csv:read_csv",
-    ".txt": "csv:read_csv",
-    ".dat": "opening:read_dat",
-    ".lvm": "lvm:read_lvm",
-    ".mat": "matlab:read_mat",
-    ".npz": "numpy_file:read_npz",
-    ".npy": "numpy_file:read_npy",
-    ".uff": "uff:read_uff",
-    ".unv": "uff:read_uff",
-    ".uf58": "uff:read_uff",
-    ".parquet": FormatReader("parquet:read_parquet", _ARROW, ("Parquet", "parquet", "use CSV")),
-    ".feather": _FEATHER,
-    ".arrow": _FEATHER,
-    ".h5": _HDF5,
-    ".hdf5": _HDF5,
-    ".nc": _HDF5,
-    ".nc4": _HDF5,
-    ".xlsx": FormatReader(
-        "csv:read_xlsx", ("openpyxl",), ("XLSX", "xlsx", "save it as CSV"), apart=False
+READERS: Final = Readers((
+    FormatReader(".tdms", "tdms.reader:read_tdms"),
+    FormatReader(".csv .txt", "csv:read_csv"),
+    FormatReader(".dat", "opening:read_dat"),
+    FormatReader(".lvm", "lvm:read_lvm"),
+    FormatReader(".mat", "matlab:read_mat"),
+    FormatReader(".npz", "numpy_file:read_npz"),
+    FormatReader(".npy", "numpy_file:read_npy"),
+    FormatReader(".uff .unv .uf58", "uff:read_uff"),
+    FormatReader(".parquet", "parquet:read_parquet", _ARROW, "Parquet", "parquet", apart=True),
+    FormatReader(
+        ".feather .arrow", "feather:read_feather", _ARROW, "Feather", "parquet", apart=True
     ),
-    ".mf4": _MDF,
-    ".mdf": _MDF,
-    ".ide": FormatReader(
-        "ide:read_ide",
-        ("idelib",),
-        ("IDE", "recorders", "export it as CSV or MAT"),
-        apart=False,
+    FormatReader(".h5 .hdf5 .nc .nc4", "hdf5:read_hdf5", "h5py", apart=True),
+    FormatReader(".xlsx", "csv:read_xlsx", "openpyxl", "XLSX", "xlsx"),
+    FormatReader(".mf4 .mdf", "mdf:read_mdf", "asammdf", "MDF", "recorders", apart=True),
+    FormatReader(".ide", "ide:read_ide", "idelib", "IDE", "recorders"),
+    FormatReader(
+        ".raw", "famos:read_famos", "imctermite", "imc FAMOS", "recorders", apart=True
     ),
-    ".raw": FormatReader(
-        "famos:read_famos",
-        ("imctermite",),
-        ("imc FAMOS", "recorders", "export it as MAT or CSV"),
-    ),
-    ".rsp": "rpc3:read_rpc3",
-    ".rpc": "rpc3:read_rpc3",
-    ".rpc3": "rpc3:read_rpc3",
-    ".wav": "wav:read_wav",
-    ".rf64": "wav:read_wav",
-    ".atfx": "atfx:read_atfx",
-})
+    FormatReader(".rsp .rpc .rpc3", "rpc3:read_rpc3"),
+    FormatReader(".wav .rf64", "wav:read_wav"),
+    FormatReader(".atfx", "atfx:read_atfx"),
+))
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
 
