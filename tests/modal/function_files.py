@@ -4,6 +4,7 @@ import gc
 import warnings
 
 import numpy as np
+import pandas as pd
 import pyuff
 
 FREQUENCIES = np.array([52.3, 118.7, 231.4])
@@ -58,3 +59,16 @@ def write(path, sets):
         warnings.simplefilter("ignore", ResourceWarning)  # pyuff leaves the file open
         pyuff.UFF(str(path)).write_sets(sets, mode="add")
         gc.collect()
+
+
+def copied_table(path, ending):
+    """The place of a copy of a CSV, in another format that tables are read from."""
+    frame, copy = pd.read_csv(path), path.with_suffix(ending)
+    if ending == ".txt":  # comments, semicolons and decimal commas
+        text = "# of an analyser\n" + frame.to_csv(sep=";", decimal=",", index=False)
+        copy.write_text(text, encoding="utf-8")
+        return copy
+    write_frame = {".xlsx": "to_excel", ".parquet": "to_parquet", ".feather": "to_feather"}
+    options = {"index": False} if ending == ".xlsx" else {}
+    getattr(frame, write_frame[ending])(copy, **options)
+    return copy

@@ -14,6 +14,7 @@ from tests.modal.function_files import (
     LINES,
     SHAPES,
     accelerance,
+    copied_table,
     nodes,
     record,
     write,
@@ -118,6 +119,14 @@ def test_modes_of_a_table(tmp_path, polar):
     check(shakerproc.modes(path).found.tests[0].modes)
 
 
+@pytest.mark.parametrize("ending", [".txt", ".xlsx", ".parquet", ".feather"])
+def test_functions_are_read_from_whatever_is_a_table(tmp_path, ending):
+    path, values = tmp_path / "table.csv", accelerance(ALL, [0])
+    tables(path, values[:, 0])
+    other = copied_table(path, ending)
+    assert_allclose(read_functions(other).values, values, rtol=1e-12, atol=1e-15)
+
+
 def test_modes_of_arrays_of_matlab(tmp_path):
     path, values = tmp_path / "frf.mat", accelerance(ALL, [0, 2])
     content = {
@@ -177,9 +186,9 @@ def test_what_is_wrong_with_functions_is_one_line(tmp_path):
     assert "no column of frequencies" in refused(table)
     tables(table, values[:, 0])
     table.write_text(table.read_text().replace("0.5,", "half,", 1))
-    assert "bad.csv:3: expected a number, found 'half'" in refused(table)
+    assert "bad.csv: line 3: 'half' in column 1 is no number" in refused(table)
     table.write_text("frequency [Hz],a [g]\n0.5,1\n1.0,1\n")
-    assert "bad.csv:1: no response functions in the columns 'a [g]'" in refused(table)
+    assert "bad.csv: no response functions in the columns 'a [g]'" in refused(table)
     tables(table, values[:, 0], unit="")
     assert "the unit is not said" in refused(table)
     matlab = tmp_path / "bad.mat"

@@ -4,10 +4,14 @@ import os
 
 import numpy as np
 import pytest
+from tests.recordings.shared_data import FOLDER
 
+from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import apart
-from shakerproc.recordings.apart import opened_apart
+from shakerproc.recordings import apart, open_recording, write_parquet
+from shakerproc.recordings.apart import opened_apart, result_apart
+
+ABORTS = FOLDER.parent / "cases" / "33-parquet-abort" / "x.parquet"
 
 READER = """
 import ctypes, os
@@ -146,3 +150,29 @@ def test_without_a_fork_it_is_the_same(opened):
     third = opened()
     assert third.notes != other.notes
     third.source.close()
+
+
+def test_the_result_of_a_function_comes_from_another_process(folder, monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(folder)
+    (folder / "asked.py").write_text(
+        "import os\ndef of(path, run):\n    return [run, path.read_text(), os.getpid()]\n"
+    )
+    (tmp_path / "file.x").write_text("its text")
+    run, text, process = result_apart(tmp_path / "file.x", "run", "asked:of", "json")
+    assert (run, text) == ("run", "its text")
+    assert process != os.getpid()
+
+
+@pytest.mark.shared
+@pytest.mark.skipif(not ABORTS.exists(), reason="the shared cases are not there")
+def test_a_parquet_file_that_aborts_its_library_is_refused():
+    with pytest.raises(RecordingError, match=r"x\.parquet: the library .* \(SIGABRT\)"):
+        open_recording(ABORTS)
+
+
+def test_a_sound_parquet_file_is_read_apart(tmp_path):
+    rows = np.random.default_rng(1).standard_normal((2, 300))
+    channels = [Channel(name, "N", name, "N") for name in "ab"]
+    write_parquet(tmp_path / "a.parquet", recording_of_arrays("a", channels, rows, 100.0))
+    with open_recording(tmp_path / "a.parquet") as found:
+        assert np.array_equal(found.samples(), rows)

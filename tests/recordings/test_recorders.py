@@ -15,7 +15,7 @@ from tests.recordings.recorder_files import rpc3_bytes, write_famos, write_ide, 
 from shakerproc import late
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import FilePart, open_recording
+from shakerproc.recordings import READERS, FilePart, open_recording
 from shakerproc.recordings.raw import Frames
 
 RATE = 5000.0
@@ -34,6 +34,12 @@ def refused(path, **options):
     assert "\n" not in line
     assert line.startswith(path.name)
     return line
+
+
+@pytest.mark.parametrize("ending", sorted(READERS.known))
+def test_an_empty_file_of_any_format_is_told_as_one(tmp_path, ending):
+    (tmp_path / f"run{ending}").touch()
+    assert "the file is empty (0 bytes)" in refused(tmp_path / f"run{ending}")
 
 
 @pytest.fixture

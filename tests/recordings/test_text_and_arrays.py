@@ -721,7 +721,8 @@ def test_files_that_are_too_long_to_hold_are_refused(tmp_path, write, monkeypatc
     refused(mat(tmp_path / "run.mat", {"t": T, "a": Y}), "too many to hold in memory")
     write_parquet(tmp_path / "run.parquet", held())
     monkeypatch.setattr(parquet, "LARGEST", 10)
-    refused(tmp_path / "run.parquet", "50 rows of 2 columns, more than any recording")
+    with pytest.raises(RecordingError, match="50 rows of 2 columns, more than any recording"):
+        parquet.read_parquet(tmp_path / "run.parquet", "run.parquet")
 
 
 @pytest.mark.parametrize("field", [2, 3])

@@ -3,6 +3,7 @@
 Oracle: the numbers that are written here, and pyuff on the same file.
 """
 
+import re
 import struct
 
 import numpy as np
@@ -10,8 +11,9 @@ import pytest
 from numpy.testing import assert_allclose
 from tests.in_process import completed
 
+from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import open_recording
+from shakerproc.recordings import open_recording, write_uff
 
 RATE = 2000.0
 VALUES = np.random.default_rng(58).standard_normal(61).round(5)
@@ -156,3 +158,16 @@ def test_inspect_tells_spectra_as_what_they_are(write):
         "run.uff: no samples over time: frequency response functions (2), "
         "power spectral densities (1)"
     )
+
+
+@pytest.mark.parametrize("kept", [1, 2])
+def test_a_file_of_ours_that_is_cut_between_two_records_says_so(tmp_path, kept):
+    path = tmp_path / "cut.uff"
+    channels = [Channel(name, "N", name, "N") for name in "abc"]
+    write_uff(path, recording_of_arrays("run", channels, np.ones((3, 40)), 100.0))
+    content = path.read_bytes()
+    begins = [match.start() for match in re.finditer(rb"    -1\n    58", content)]
+    path.write_bytes(content[: begins[kept]])
+    with open_recording(path) as found:
+        assert len(found.channels) == kept
+        assert f"The file is not whole: {3 - kept} of 3 records are missing." in found.notes

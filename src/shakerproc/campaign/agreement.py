@@ -12,7 +12,7 @@ from shakerproc import units
 from shakerproc.campaign.trends import SINGLE_FREQUENCY
 from shakerproc.errors import TableError
 from shakerproc.late import without_parquet
-from shakerproc.recordings.apart import check_survived
+from shakerproc.recordings.apart import result_apart
 from shakerproc.runs.tables import former_note, present_name
 
 
@@ -105,19 +105,19 @@ def _read_csv(path: Path) -> ResultTable:
 def _read_parquet(path: Path) -> ResultTable:
     if lacks := without_parquet():
         raise TableError(f"{path}: {lacks}")
-    import pyarrow as pa
+    place = "shakerproc.campaign.agreement:parquet_cells"
+    names, cells = result_apart(path, str(path), place, "pyarrow.parquet")
+    rows = tuple(MappingProxyType(row) for row in cells)
+    return ResultTable(path, tuple(names), rows, tuple(range(1, len(rows) + 1)))
+
+
+def parquet_cells(path: Path, _: str) -> list[Any]:
+    """Return the names of the columns of a Parquet table, and its rows as text."""
     import pyarrow.parquet as pq
 
-    check_survived(path, str(path), "pyarrow.parquet:read_table")
-    try:
-        table = pq.read_table(path)
-    except pa.ArrowInvalid as error:
-        raise TableError(f"{path}: no Parquet file: {str(error).splitlines()[0]}") from error
-    rows = tuple(
-        MappingProxyType({name: _text(cell) for name, cell in row.items()})
-        for row in table.to_pylist()
-    )
-    return ResultTable(path, tuple(table.column_names), rows, tuple(range(1, len(rows) + 1)))
+    table = pq.read_table(path)
+    rows = [{name: _text(cell) for name, cell in row.items()} for row in table.to_pylist()]
+    return [table.column_names, rows]
 
 
 def _text(cell: Any) -> str:

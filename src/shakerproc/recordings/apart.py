@@ -1,10 +1,9 @@
 """Open a file in another process, so that no damaged file harms this one or another file.
 
-Compiled code of a library that meets a damaged file may end its process at once, or write past
-its memory and end it, or change numbers, some files later. A file that is opened apart has a
-process of its own until it is closed: a fork of one that has loaded the library and opened
-nothing, or where there is no fork, such a process itself. Where a library is known to end its
-process at once or never, a trial will do: it is served by one process that goes on.
+Compiled code of a library that meets a damaged file may end its process at once, never come
+back, or write past its memory and end it, or change numbers, some files later. A file that is
+opened apart has a process of its own until it is closed: a fork of one that has loaded the
+library and opened nothing, or where there is no fork, such a process itself.
 
 Every message between the two is its length, eight bytes, and so many bytes; samples follow
 their shape as they lie in memory.
@@ -32,7 +31,7 @@ from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
 from shakerproc.late import loaded
 from shakerproc.recordings.guard import AGAIN, foreign, kept_open
-from shakerproc.recordings.raw import RawFile, Times
+from shakerproc.recordings.raw import RawFile
 
 Buffer: TypeAlias = bytes | bytearray | memoryview
 """What a message is made of."""
@@ -42,9 +41,6 @@ DIED: Final = 128
 
 _CLOSED: Final = 64
 """Status of a fork that was told to close its file; a library may end it with any other."""
-
-_COPIES: Final = (np.ndarray, np.generic)
-"""Numbers in memory, which are handed over as they are."""
 
 
 def taken(source: FileIO, size: int) -> bytearray:
@@ -83,14 +79,11 @@ def serve() -> None:
     orders, answers = FileIO(0), FileIO(os.dup(1), "w")
     os.dup2(2, 1)
     while order := message(orders):
-        place, library, path, run = pickle.loads(order)  # noqa: S301 - of the process above
-        if run is None:
-            with contextlib.suppress(BaseException):  # the caller meets it again, and says it
-                loaded(place)(Path(path))
-            given(answers, b"survived")
-            continue
+        place, packages, path, run = pickle.loads(order)  # noqa: S301 - of the process above
         with contextlib.suppress(Exception):  # the reader meets it again
-            import_module(library)
+            loaded(place)
+            for package in packages:
+                import_module(package)
         if not hasattr(os, "fork"):
             _serve_file(loaded(place), (path, run), orders, answers)
             return
@@ -101,6 +94,7 @@ def serve() -> None:
         status = os.waitstatus_to_exitcode(os.waitpid(one, 0)[1])
         if status != _CLOSED:
             os._exit(DIED - status if status < 0 else status)
+        given(answers, b"closed")
 
 
 def _serve_file(
@@ -126,31 +120,28 @@ def _answer(run: str, does: Callable[[], tuple[Buffer, ...]]) -> tuple[Buffer, .
         return (pickle.dumps(str(error)),)
 
 
-def _described(raw: RawFile, kept: list[Any]) -> tuple[bytes]:
-    """Return a file as a message, with a number for each thing that stays here."""
+def _described(made: object, kept: list[Any]) -> tuple[bytes]:
+    """Return a result as a message, with a number for each source, which stays here."""
     out = BytesIO()
     pickler = pickle.Pickler(out)
 
-    def staying(one: Any) -> tuple[int, int] | None:
-        times = isinstance(one, Times) and not isinstance(one, _COPIES)
-        if not times and not isinstance(one, SampleSource):
+    def staying(one: Any) -> int | None:
+        if not isinstance(one, SampleSource):
             return None
         place = next((i for i, other in enumerate(kept) if other is one), len(kept))
         if place == len(kept):
             kept.append(one)
-        return place, int(one.size) if times else -1
+        return place
 
     pickler.persistent_id = staying  # type: ignore[method-assign]
-    pickler.dump(raw)
+    pickler.dump(made)
     return (out.getvalue(),)
 
 
 def _slice(kept: list[Any], request: Buffer) -> tuple[Buffer, ...]:
     """Return shape and samples [unit of the file] of what was asked for."""
-    place, rows, start, stop = pickle.loads(request)  # noqa: S301 - of the process above
-    one = kept[place]
-    read: FloatArray = one[start:stop] if rows is None else one.read(rows, start, stop)
-    values = np.ascontiguousarray(read, dtype=np.float64)
+    place, *slices = pickle.loads(request)  # noqa: S301 - of the process above
+    values = np.ascontiguousarray(kept[place].read(*slices), dtype=np.float64)
     return pickle.dumps(values.shape), values.reshape(-1).view(np.uint8).data
 
 
@@ -162,34 +153,8 @@ _SERVE: Final = "from shakerproc.recordings.apart import serve; serve()"
 _ALONE: Final = dict.fromkeys(("OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
 """No threads: a fork has none of them."""
 
-_ONE_AT_A_TIME: Final = threading.Lock()
 
-
-def check_survived(path: Path, run: str, trial: str) -> None:
-    """Pass a file whose opening does not end the process that opens it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    run : str
-        Opens the message.
-    trial : str
-        Place of the function of the path that may die, such as ``module:function``. Whatever
-        it raises is no matter here.
-
-    Raises
-    ------
-    RecordingError
-        If the process died, with the signal.
-    """
-    stamp = path.stat()
-    problem = _death(path.absolute(), (stamp.st_mtime_ns, stamp.st_size), trial)
-    if problem:
-        raise RecordingError(_gives_up(run, problem))
-
-
-def opened_apart(path: Path, run: str, reader: str, library: str) -> RawFile:
+def opened_apart(path: Path, run: str, reader: str, *packages: str) -> RawFile:
     """Return a file that another process reads, a slice at a time.
 
     Parameters
@@ -200,44 +165,46 @@ def opened_apart(path: Path, run: str, reader: str, library: str) -> RawFile:
         Opens every message.
     reader : str
         Place of the function from path and run to a `RawFile`, such as ``module:function``.
-    library : str
-        Package that it needs, loaded once for all files where there is a fork.
+    *packages : str
+        Modules that it needs, loaded once for all files where there is a fork.
 
     Raises
     ------
     RecordingError
         If it cannot be read, or the process died.
     """
+    request = reader, packages, str(path.absolute()), run
+    return kept_open(_file_apart(run), lambda file: cast("RawFile", file.asked(request)))
+
+
+def result_apart(path: Path, run: str, function: str, *packages: str) -> Any:
+    """Return the result of a function of path and run, numbers and texts, of another process.
+
+    Parameters and exceptions are those of `opened_apart`.
+
+    Raises
+    ------
+    RecordingError
+        If the function raises one, or the process died.
+    """
+    file = _file_apart(run)
+    try:
+        return file.asked((function, packages, str(path.absolute()), run))
+    finally:
+        file.close()
+
+
+def _file_apart(run: str) -> "_FileApart":
+    """Return a process that waits for a file to open, or a new one."""
     try:
         process = _idle(os.getpid()).pop()
     except IndexError:
         process = _Process()
-    request = reader, library, str(path.absolute()), run
-    return kept_open(
-        _FileApart(run, process), lambda file: cast("RawFile", file.asked(request))
-    )
+    return _FileApart(run, process)
 
 
 def _gives_up(run: str, problem: str) -> str:
     return f"{run}: the library that reads it gives up ({problem}): it is damaged. {AGAIN}"
-
-
-@lru_cache(maxsize=256)
-def _death(path: Path, _: tuple[int, int], trial: str) -> str:
-    """Return how the process died that opened a file; empty where it did not.
-
-    Only a process that has opened nothing before bears witness against a file: another may
-    die of what an earlier one has done to its memory.
-    """
-    with _ONE_AT_A_TIME:
-        while True:
-            process = _process(os.getpid(), _places())
-            fresh = not process.used
-            if process.ask((trial, "", str(path), None)):
-                return ""
-            _process.cache_clear()
-            if fresh:
-                return process.how_it_died()
 
 
 @final
@@ -245,7 +212,6 @@ class _Process:
     """A process that opens one file after the other, until it dies of one or we end."""
 
     def __init__(self) -> None:
-        self.used = False
         self._late = False
         self._process = subprocess.Popen(  # noqa: S603 - this interpreter, with lines of ours
             [sys.executable, "-P", "-c", _SERVE],
@@ -261,7 +227,6 @@ class _Process:
 
     def ask(self, request: object = None) -> bytearray:
         """Return what it says next, to a request or by itself; empty where it died."""
-        self.used = True
         timer = threading.Timer(LONGEST_S, self._give_up)
         timer.start()
         try:
@@ -270,17 +235,17 @@ class _Process:
                     given(cast("FileIO", self._process.stdin), pickle.dumps(request))
             return message(cast("FileIO", self._process.stdout))
         except BaseException:
-            _process.cache_clear()  # its answer is still to come
-            self.end()
+            self.end()  # its answer is still to come
             raise
         finally:
             timer.cancel()
 
     def leave(self) -> bool:
-        """Close the file that it reads; return whether it goes on with another."""
+        """Wait until the file that it reads is closed; return whether it takes another."""
         with contextlib.suppress(OSError):
             given(cast("FileIO", self._process.stdin), b"")
-        return self.end.alive and hasattr(os, "fork")
+            return bool(message(cast("FileIO", self._process.stdout)))
+        return False
 
     def how_it_died(self) -> str:
         """Return the signal or the status; empty where it ended like any program."""
@@ -358,11 +323,8 @@ class _Answer(pickle.Unpickler):  # noqa: S301 - of a process of ours
         super().__init__(BytesIO(answer))
         self._file = file
 
-    def persistent_load(self, pid: tuple[int, int]) -> Any:
-        place, size = pid
-        if size < 0:
-            return SourceApart(self._file, place)
-        return TimesApart(self._file, place, size)
+    def persistent_load(self, pid: int) -> "SourceApart":
+        return SourceApart(self._file, pid)
 
 
 @final
@@ -390,40 +352,9 @@ class SourceApart(SampleSource):
         self.file.close()
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class TimesApart:
-    """Times of samples in a file that another process reads.
-
-    Attributes
-    ----------
-    file : _FileApart
-        The file.
-    place : int
-        Number of the times there.
-    size : int
-        How many there are.
-    """
-
-    file: _FileApart
-    place: int
-    size: int
-
-    def __getitem__(self, key: slice) -> FloatArray:
-        first, last, _ = key.indices(self.size)
-        asked: FloatArray = self.file.asked((self.place, None, first, max(first, last)))
-        return asked
-
-
 def _places() -> str:
     """Return where this process finds modules."""
     return os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
-
-
-@lru_cache(maxsize=1)
-def _process(_: int, __: str) -> _Process:
-    """Return the process of trials of this one, which finds modules in some places."""
-    return _Process()
 
 
 @lru_cache(maxsize=1)

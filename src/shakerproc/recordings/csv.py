@@ -15,7 +15,6 @@ import numpy as np
 
 from shakerproc.data import ArraySource
 from shakerproc.errors import RecordingError
-from shakerproc.late import without_xlsx
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import first_bytes, foreign, shown
 from shakerproc.recordings.raw import RawFile, RawGroup
@@ -326,10 +325,8 @@ def read_xlsx(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If none does, it is encrypted, or openpyxl is not installed.
+        If none does, or it is encrypted.
     """
-    if lacks := without_xlsx():
-        raise RecordingError(f"{run}: {lacks}")
     if first_bytes(path, run, 4) == _OLD:
         raise RecordingError(
             f"{run}: is encrypted, or a workbook of before 2007. Save it as .xlsx without "
@@ -364,7 +361,7 @@ def _joined(found: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawF
     values: list[Any] = []
     for name, raw in found.items():
         if raw.skipped is not None:
-            raise RecordingError(f"{run}: sheet {shown(name)}: {raw.refusal}")
+            raise RecordingError(f"{run}: sheet {shown(name)}: {raw.refusal} Repair the sheet.")
         channels = raw.groups[0].channels
         groups.append(
             RawGroup(name, tuple(replace(c, row=c.row + len(values)) for c in channels))

@@ -13,8 +13,6 @@ from typing import Any, Final
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
-from shakerproc.late import without
-from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.guard import AGAIN
 from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, SlicedSource, TimeAxis
 
@@ -38,12 +36,27 @@ def read_famos(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If it cannot be read, holds no channels, or imctermite is not installed.
+        If it cannot be read.
     """
-    if lacks := without("imctermite", "imc FAMOS", "recorders", "export it as MAT or CSV"):
-        raise RecordingError(f"{run}: {lacks}")
+    from imctermite import ImcTermite
+
     _check_blocks(path, run)
-    return opened_apart(path, run, "shakerproc.recordings.famos:described", "imctermite")
+    file = ImcTermite(str(path))
+    keys: list[str] = []
+    channels: list[RawChannel] = []
+    for one in file.get_channels_metadata():
+        problem = ""
+        if one.kind != "numeric":
+            problem = "it holds events, not even samples"
+        elif one.dimension != 1:
+            problem = "it holds pairs of values, not even samples"
+        channels.append(_channel(one, -1 if problem else len(keys), problem))
+        if not problem:
+            keys.append(one.uuid)
+    return RawFile(
+        (RawGroup("", tuple(channels)),),
+        SlicedSource(run, partial(_samples, file, keys), ExitStack()),
+    )
 
 
 def _check_blocks(path: Path, run: str) -> None:
@@ -84,36 +97,6 @@ def _samples(
         )
         with closing(pieces):
             yield next(pieces)["y"]
-
-
-def described(path: Path, run: str) -> RawFile:
-    """Return the channels of a file.
-
-    Raises
-    ------
-    RecordingError
-        If it holds no channels.
-    """
-    from imctermite import ImcTermite
-
-    file = ImcTermite(str(path))
-    keys: list[str] = []
-    channels: list[RawChannel] = []
-    for one in file.get_channels_metadata():
-        problem = ""
-        if one.kind != "numeric":
-            problem = "it holds events, not even samples"
-        elif one.dimension != 1:
-            problem = "it holds pairs of values, not even samples"
-        channels.append(_channel(one, -1 if problem else len(keys), problem))
-        if not problem:
-            keys.append(one.uuid)
-    if not channels:
-        raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
-    return RawFile(
-        (RawGroup("", tuple(channels)),),
-        SlicedSource(run, partial(_samples, file, keys), ExitStack()),
-    )
 
 
 def _channel(one: Any, row: int, problem: str) -> RawChannel:

@@ -5,37 +5,23 @@ from pathlib import Path
 from typing import Any, Final, final
 
 from shakerproc.errors import RecordingError
-from shakerproc.late import without_parquet
-from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.guard import first_bytes, foreign, kept_open
-from shakerproc.recordings.parquet import file_of_table, read_first_pieces
+from shakerproc.recordings.parquet import file_of_table
 from shakerproc.recordings.raw import RawFile
 
 _VERSION_1: Final = b"FEA1"
 
 
 def read_feather(path: Path, run: str) -> RawFile:
-    """Return the columns of a Feather file as channels, after another process has opened it.
+    """Return the columns of a Feather file as channels.
 
     Raises
     ------
     RecordingError
-        If it cannot be read, or pyarrow is not installed.
+        If it cannot be read.
     """
-    if lacks := without_parquet():
-        raise RecordingError(f"{run}: {lacks.replace('Parquet needs', 'Feather needs')}")
     if first_bytes(path, run, 4) == _VERSION_1:
         raise RecordingError(f"{run}: Feather of version 1. Write it again as version 2.")
-    check_survived(path, run, "shakerproc.recordings.feather:try_feather")
-    return _opened(path, run)
-
-
-def try_feather(path: Path) -> None:
-    """Open a file and read the first piece of each batch; the process may die of it."""
-    read_first_pieces(_opened(path, path.name))
-
-
-def _opened(path: Path, run: str) -> RawFile:
     with foreign(run, "opening the table"):
         table = ArrowFile(path)
     with foreign(run, "reading the table"):

@@ -1,10 +1,9 @@
-"""Read response functions from a table of text, or from arrays of MATLAB.
+"""Read response functions from a table, or from arrays of MATLAB.
 
 A column of a table is a part of a function: ``12/z to 1/z real [m/s^2/N]``, ``... imag``, or
 ``... magnitude`` and ``... phase [deg]``; ``... coherence`` belongs to it.
 """
 
-import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +16,8 @@ from numpy.typing import NDArray
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.opening import READERS
+from shakerproc.recordings.raw import RawChannel, RawFile
 from shakerproc.recordings.response_functions import Function, FunctionFile, Kind
 
 LARGEST: Final = 1 << 30
@@ -56,83 +57,69 @@ class _Parts:
     angle: str = "deg"
 
 
-def read_csv_functions(path: Path, run: str) -> FunctionFile:
-    """Return the functions of a table of text.
+def read_table_functions(path: Path, run: str) -> FunctionFile:
+    """Return the functions of a table, of text or of whatever a recording may be a table of.
 
     Raises
     ------
     RecordingError
-        If it is no such table; the line is named.
+        If it is no such table.
     """
+    raw = READERS[path.suffix.lower()](path, run)
     try:
-        if path.stat().st_size > LARGEST:
-            raise RecordingError(f"{run}: more than {LARGEST >> 20} MB. Save it as MAT or UFF.")
-        lines = path.read_text("utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordingError(f"{run}: cannot be read as text: {error}. {AGAIN}") from error
-    delimiter = max(",;\t", key=lines[0].count) if lines else ","
-    rows = list(csv.reader(lines, delimiter=delimiter))
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    at = next((i for i, name in enumerate(header) if _FREQUENCY.fullmatch(name)), None)
+        return _of_table(raw, run)
+    finally:
+        raw.source.close()
+
+
+def _of_table(raw: RawFile, run: str) -> FunctionFile:
+    """Return the functions of a table that is open.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no frequencies, no functions, or columns of several lengths.
+    """
+    if raw.refusal:
+        raise RecordingError(f"{run}: {raw.refusal} Repair the file.")
+    channels = [c for c in raw.groups[0].channels if c.row >= 0]
+    at = next((c for c in channels if _FREQUENCY.fullmatch(c.alias or c.name)), None)
     if at is None:
-        raise RecordingError(f"{run}:1: no column of frequencies. {_LAYOUT}.")
-    values = np.array([
-        _numbers(cells, len(header), f"{run}:{number}", delimiter)
-        for number, cells in enumerate(rows[1:], 2)
-        if any(cell.strip() for cell in cells)
-    ]).reshape(-1, len(header))
-    found, others = _columns(header, at)
+        raise RecordingError(f"{run}: no column of frequencies. {_LAYOUT}.")
+    found, others = _columns([c for c in channels if c is not at])
+    if not found:
+        raise RecordingError(
+            f"{run}: no response functions in the columns {', '.join(others[:8])}. {_LAYOUT}."
+        )
+    if short := [c.name for c in channels if c.n_samples != at.n_samples]:
+        raise RecordingError(f"{run}: {shown(short[0])} is shorter than other columns. {AGAIN}")
+    values = raw.source.read(range(1 + max(c.row for c in channels)), 0, at.n_samples)
     functions = [
         one
         for key, parts in found.items()
-        for one in _of_parts(key, parts, values, values[:, at], run)
+        for one in _of_parts(key, parts, values, values[at.row], run)
     ]
-    if not functions:
-        raise RecordingError(
-            f"{run}:1: no response functions in the columns {', '.join(others[:8])}. {_LAYOUT}."
-        )
     notes = [f"Columns that are no response functions: {', '.join(others[:20])}."]
     return FunctionFile(tuple(functions), {}, tuple(notes * bool(others)))
 
 
-def _numbers(cells: Sequence[str], count: int, where: str, delimiter: str) -> list[float]:
-    """Return the numbers of a line.
-
-    Raises
-    ------
-    RecordingError
-        If there are more or fewer than columns, or one is none.
-    """
-    if len(cells) != count:
-        raise RecordingError(f"{where}: {len(cells)} cells below {count} headers. {AGAIN}")
-    found = []
-    for cell in cells:
-        text = cell.strip().replace(",", ".") if delimiter != "," else cell
-        try:
-            found.append(float(text))
-        except ValueError as error:
-            raise RecordingError(
-                f"{where}: expected a number, found {shown(cell, 30)}. {AGAIN}"
-            ) from error
-    return found
-
-
 def _columns(
-    header: Sequence[str], frequency: int
+    channels: Sequence[RawChannel],
 ) -> tuple[dict[tuple[str, str], _Parts], list[str]]:
     """Return the columns of each function, by response and input, and what is none."""
     found: dict[tuple[str, str], _Parts] = {}
     others = []
-    for number, name in enumerate(header):
-        match = _COLUMN.fullmatch(name)
+    for channel in channels:
+        header = channel.alias or channel.name
+        match = _COLUMN.fullmatch(header)
         if match is None:
-            others += [shown(name, 40)] * (number != frequency)
+            others.append(shown(header, 40))
             continue
         parts = found.setdefault((match["response"], match["input"]), _Parts())
         part = match["part"].lower()
         part = _PARTS.get(part, part)
-        parts.columns[part] = number
-        unit = (match["unit"] or "").strip()
+        parts.columns[part] = channel.row
+        unit = (match["unit"] or channel.unit).strip()
         if part == "phase":
             parts.angle = unit or "deg"
         elif part != "coherence" and unit:
@@ -153,13 +140,13 @@ def _of_parts(
     there, where = parts.columns, f"{key[0]} to {key[1]}"
     up, down = units_of(parts.unit)
     if "coherence" in there:
-        coherence = values[:, there["coherence"]].astype(complex)
+        coherence = values[there["coherence"]].astype(complex)
         yield Function(where, "coherence", *key, "", "", lines, coherence)
     if {"real", "imag"} <= set(there):
-        found: ComplexArray = values[:, there["real"]] + 1j * values[:, there["imag"]]
+        found: ComplexArray = values[there["real"]] + 1j * values[there["imag"]]
     elif {"magnitude", "phase"} <= set(there):
         turn = np.pi / 180.0 if parts.angle.casefold().startswith("deg") else 1.0
-        found = values[:, there["magnitude"]] * np.exp(1j * turn * values[:, there["phase"]])
+        found = values[there["magnitude"]] * np.exp(1j * turn * values[there["phase"]])
     else:
         raise RecordingError(f"{run}: {where} has only {', '.join(there)}. {_LAYOUT}.")
     yield Function(where, "response function", *key, up, down, lines, found)

@@ -15,6 +15,7 @@ import math
 import re
 import signal
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -23,7 +24,6 @@ from typing import Any, Final, final
 import numpy as np
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.arrays import ArrayRow, LinesSource, file_of_arrays
 from shakerproc.recordings.columns import RATE_WORD, STEP_WORD
 from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
@@ -86,26 +86,30 @@ def read_hdf5(path: Path, run: str) -> RawFile:
         raise RecordingError(
             f"{run}: is netCDF of version 3, not 4. Convert it: nccopy -k nc4 {run} new.nc."
         )
-    check_survived(path, run, "shakerproc.recordings.hdf5:try_hdf5")
     with foreign(run, "reading the data sets"):
-        return kept_open(
-            opened_hdf5(path, run),
-            lambda file: _joined(_groups_with_series(file, run), run, file),
-        )
+        return kept_open(opened_hdf5(path, run), lambda file: _read(file, run))
 
 
-def try_hdf5(path: Path) -> None:
-    """Walk over a file; HDF5 never comes back from some damaged texts.
+def _read(file: Any, run: str) -> RawFile:
+    with short_walk():
+        groups = _of_rattlesnake(file, run) or list(_groups(file, run))
+    return _joined(groups, run, file)
 
-    The process then ends by a signal, where there is one for what a process has computed.
+
+@contextmanager
+def short_walk() -> Iterator[None]:
+    """End this process, which is one of its own, where a walk over a file never comes back.
+
+    HDF5 does not from some damaged texts. A signal ends it, where there is one for what a
+    process has computed.
     """
-    if hasattr(signal, "setitimer"):
+    limits = hasattr(signal, "setitimer")
+    if limits:
         signal.setitimer(signal.ITIMER_PROF, _LONGEST_S)
     try:
-        with opened_hdf5(path, path.name) as file:
-            _groups_with_series(file, path.name)
+        yield
     finally:
-        if hasattr(signal, "setitimer"):
+        if limits:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
@@ -121,10 +125,6 @@ def opened_hdf5(path: Path, run: str) -> Any:
 
     with foreign(run, "opening the file"):
         return h5py.File(path, "r")
-
-
-def _groups_with_series(file: Any, run: str) -> list[_Hdf5Group]:
-    return _of_rattlesnake(file, run) or list(_groups(file, run))
 
 
 def _joined(groups: list[_Hdf5Group], run: str, file: Any) -> RawFile:

@@ -19,10 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.errors import RecordingError
-from shakerproc.late import without
 from shakerproc.recordings.guard import foreign, kept_open, opened, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, SlicedSource, TimeAxis
+from shakerproc.recordings.raw import (
+    RawChannel,
+    RawFile,
+    RawGroup,
+    SlicedSource,
+    TimeAxis,
+    TimesInFile,
+)
 
 _LIBRARIES: Final = ("idelib", "ebmlite")
 _BLOCKS: Final = ("ChannelDataBlock", "SimpleChannelDataBlock")
@@ -35,10 +40,8 @@ def read_ide(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If it cannot be read, holds no samples, or idelib is not installed.
+        If it cannot be read.
     """
-    if lacks := without("idelib", "IDE", "recorders", "export it as CSV or MAT"):
-        raise RecordingError(f"{run}: {lacks}")
     for name in _LIBRARIES:  # they would tell on the terminal what is told here in one line
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
@@ -156,21 +159,8 @@ def _noted(
         keep(block)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class EventTimes:
-    """Times of the samples of a sensor, read a piece at a time [us]."""
-
-    blocks: SensorBlocks
-
-    @property
-    def size(self) -> int:
-        """How many there are."""
-        return self.blocks.size
-
-    def __getitem__(self, key: slice) -> FloatArray:
-        first, last, _ = key.indices(self.size)
-        return self.blocks.times(first, last)
+def _times(blocks: SensorBlocks, _: Sequence[int], start: int, stop: int) -> list[FloatArray]:
+    return [blocks.times(start, stop)]
 
 
 def _samples(
@@ -212,13 +202,7 @@ def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
 
 
 def _described(stream: BinaryIO, run: str) -> RawFile:
-    """Return the channels and times of an open file.
-
-    Raises
-    ------
-    RecordingError
-        If it holds no samples.
-    """
+    """Return the channels and times of an open file."""
     dataset, found = _imported(stream)
     promised, damaged = _promised(dataset)
     base = dataset.lastSession.utcStartTime
@@ -228,7 +212,8 @@ def _described(stream: BinaryIO, run: str) -> RawFile:
     for blocks in found:
         sensor = blocks.sensor
         where = f"times of {shown(sensor.name, 40)}"
-        axes = (TimeAxis(where, times=EventTimes(blocks), unit="us"),)
+        source = SlicedSource(run, partial(_times, blocks), dataset)
+        axes = (TimeAxis(where, times=TimesInFile(source, 0, blocks.size), unit="us"),)
         blocks.values(0, 1)  # may be of a kind that idelib does not read
         channels = []
         for index, one in enumerate(sensor.subchannels):
@@ -245,7 +230,5 @@ def _described(stream: BinaryIO, run: str) -> RawFile:
             )
             places.append((blocks, index))
         groups.append(RawGroup(str(sensor.name), tuple(channels)))
-    if not groups:
-        raise RecordingError(f"{run}: the file holds no samples. Copy it again.")
     notes = ("The file is damaged or cut: samples behind that are missing.",) * damaged
     return RawFile(tuple(groups), SlicedSource(run, partial(_samples, places), dataset), notes)

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
+from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open
-from shakerproc.recordings.hdf5 import opened_hdf5
+from shakerproc.recordings.hdf5 import opened_hdf5, short_walk
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.variables import (
     DEEPEST,
@@ -336,7 +337,7 @@ def read_mat(path: Path, run: str) -> RawFile:
     """
     start = first_bytes(path, run, 520)
     if start[:8] == _HDF5 or start[512:520] == _HDF5:
-        return _read_hdf5(path, run)
+        return opened_apart(path, run, "shakerproc.recordings.matlab:read_hdf5", "h5py")
     return _read_old(path, start, run)
 
 
@@ -388,12 +389,19 @@ def _version_5(path: Path, run: str) -> list[tuple[str, Value]]:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
 
 
-def _read_hdf5(path: Path, run: str) -> RawFile:
+def read_hdf5(path: Path, run: str) -> RawFile:
+    """Return the variables of a file of version 7.3 as channels.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read.
+    """
     return kept_open(opened_hdf5(path, run), lambda file: _read_variables(file, run))
 
 
 def _read_variables(file: Any, run: str) -> RawFile:
-    with foreign(run, "reading the variables"):
+    with foreign(run, "reading the variables"), short_walk():
         keys = [key for key in file if not key.startswith("#")]
         trees = [(key, _tree(file, key, run, key, 0)) for key in keys]
     return _file_of(trees, run, file)

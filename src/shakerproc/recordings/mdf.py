@@ -13,20 +13,25 @@ import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
-from shakerproc.late import without
-from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, shown
-from shakerproc.recordings.raw import RawChannel, RawFile, RawGroup, SlicedSource, TimeAxis
+from shakerproc.recordings.raw import (
+    RawChannel,
+    RawFile,
+    RawGroup,
+    SlicedSource,
+    TimeAxis,
+    TimesInFile,
+)
 from shakerproc.recordings.time_base import CLOCKS
 
 MAGIC: Final = (b"MDF     ", b"UnFinMF ")
@@ -45,23 +50,10 @@ def read_mdf(path: Path, run: str) -> RawFile:
     Raises
     ------
     RecordingError
-        If it cannot be read, or asammdf is not installed.
-    """
-    if lacks := without("asammdf", "MDF", "recorders", "export it as TDMS, HDF5 or CSV"):
-        raise RecordingError(f"{run}: {lacks}")
-    if first_bytes(path, run, 8) not in MAGIC:
-        raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
-    return opened_apart(path, run, "shakerproc.recordings.mdf:described", "asammdf")
-
-
-def described(path: Path, run: str) -> RawFile:
-    """Return the channels of an MDF file, read in this process.
-
-    Raises
-    ------
-    RecordingError
         If it cannot be read.
     """
+    if first_bytes(path, run, 8) not in MAGIC:
+        raise RecordingError(f"{run}: does not begin as an MDF file does. {AGAIN}")
     with foreign(run, "reading the channels"):
         return _described(_opened(path, run), run)
 
@@ -98,24 +90,10 @@ def _opened(path: Path, run: str) -> Any:
     raise RecordingError(f"{run}: opening the file failed: {problem}. {AGAIN}")
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class MasterTimes:
-    """The time channel of a group, read a piece at a time."""
-
-    run: str
-    file: Any
-    group: int
-    size: int
-
-    def __getitem__(self, key: slice) -> FloatArray:
-        first, last, _ = key.indices(self.size)
-        count = max(0, last - first)
-        if not count:
-            return np.empty(0)
-        with foreign(self.run, "reading the times"):
-            times = self.file.get_master(self.group, record_offset=first, record_count=count)
-            return np.asarray(times, dtype=np.float64)
+def _times(file: Any, groups: Sequence[int], start: int, stop: int) -> Iterator[Any]:
+    """Yield times of groups, as their time channels say."""
+    for group in groups:
+        yield file.get_master(group, record_offset=start, record_count=stop - start)
 
 
 def _samples(
@@ -145,13 +123,7 @@ def _values(file: Any, place: tuple[int, int], start: int, stop: int) -> Any:
 
 
 def _described(file: Any, run: str) -> RawFile:
-    """Return the channels and times of an open file.
-
-    Raises
-    ------
-    RecordingError
-        If it holds no channels.
-    """
+    """Return the channels and times of an open file."""
     start = file.start_time
     start = start if start is not None and start.year >= _FIRST_YEAR else None
     found: list[tuple[float, str, list[RawChannel]]] = []
@@ -169,8 +141,6 @@ def _described(file: Any, run: str) -> RawFile:
                 places.append((number, index))
                 notes += _counts(channel, made.name)
         _join(found, step, _name(group, number), channels)
-    if not any(channels for _, _, channels in found):
-        raise RecordingError(f"{run}: the file holds no channels. Measure or export it again.")
     groups = [RawGroup(name, tuple(channels)) for _, name, channels in found if channels]
     if len(groups) == 1:
         groups = [replace(groups[0], name="")]
@@ -203,7 +173,7 @@ def _axis(file: Any, number: int, run: str) -> tuple[TimeAxis | None, float]:
     if index is None:
         return None, 0.0
     master = group.channels[index]
-    times = MasterTimes(run, file, number, count)
+    times = TimesInFile(SlicedSource(run, partial(_times, file), file), number, count)
     quantity = _QUANTITIES.get(getattr(master, "sync_type", 1), "")
     name = master.name or "master channel"
     axis = TimeAxis(

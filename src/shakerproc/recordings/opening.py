@@ -21,7 +21,8 @@ from shakerproc.data import (
     SourceFile,
 )
 from shakerproc.errors import RecordingError
-from shakerproc.late import loaded
+from shakerproc.late import loaded, without
+from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.choosing import (
     WHOLE,
     Chosen,
@@ -32,7 +33,7 @@ from shakerproc.recordings.choosing import (
     unused_channels,
     with_numbers,
 )
-from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
+from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open, shown
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
@@ -45,23 +46,70 @@ GROUP: Final = "shakerproc.readers"
 dot, and the value a function from the path and the name of the run to a `RawFile`."""
 
 
+_ROOM: Final = "shakerproc.recordings"
+_INSTEAD: Final = "export it as TDMS, HDF5 or CSV"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FormatReader:
+    """Reader of a format, loaded when a file of it is opened.
+
+    Attributes
+    ----------
+    endings : str
+        Of the files, in small letters.
+    place : str
+        Of the function from path and run to a `RawFile`, below `shakerproc.recordings`.
+    packages : str
+        The module of others that reads the files, and what it loads besides.
+    name, extra : str
+        The format, and the extra that brings the module; empty where shakerproc needs it.
+    apart : bool
+        Whether a process of its own reads each file: what is not Python may end it.
+    """
+
+    endings: str
+    place: str
+    packages: str = ""
+    name: str = ""
+    extra: str = ""
+    apart: bool = False
+
+    def __call__(self, path: Path, run: str) -> RawFile:
+        """Return the channels of a file.
+
+        Raises
+        ------
+        RecordingError
+            If it cannot be read, or the package is not installed.
+        """
+        module = self.packages.split()[0].partition(".")[0] if self.extra else ""
+        if module and (lacks := without(module, self.name, self.extra, _INSTEAD)):
+            raise RecordingError(f"{run}: {lacks}")
+        place = f"{_ROOM}.{self.place}"
+        if self.apart:
+            return opened_apart(path, run, place, *self.packages.split())
+        found: RawFile = loaded(place)(path, run)
+        return found
+
+
 @final
 class Readers(Mapping[str, Reader]):
     """Readers of files, by the ending in small letters.
 
-    All are loaded when they are asked for. Readers of installed packages are looked for when
-    all are listed, or when an ending is asked for that shakerproc does not know.
+    Those of installed packages are looked for when all are listed, or when an ending is asked
+    for that shakerproc does not know.
     """
 
-    def __init__(self, known: Mapping[str, str]) -> None:
-        self._known = dict(known)
+    def __init__(self, formats: Sequence[FormatReader]) -> None:
+        self._known = {ending: one for one in formats for ending in one.endings.split()}
         self._installed: dict[str, EntryPoint] | None = None
 
     def __getitem__(self, ending: str) -> Reader:
         if ending not in self._known:
             return of_entry(self._entries()[ending])
-        reader: Reader = loaded(f"shakerproc.recordings.{self._known[ending]}")
-        return reader
+        return self._known[ending]
 
     def __iter__(self) -> Iterator[str]:
         return iter({**self._known, **self._entries()})
@@ -70,8 +118,8 @@ class Readers(Mapping[str, Reader]):
         return len({**self._known, **self._entries()})
 
     @property
-    def known(self) -> Mapping[str, str]:
-        """Where the readers of shakerproc itself are, by ending."""
+    def known(self) -> Mapping[str, FormatReader]:
+        """The readers of shakerproc itself, by ending."""
         return dict(self._known)
 
     def _entries(self) -> dict[str, EntryPoint]:
@@ -133,48 +181,37 @@ def read_dat(path: Path, run: str) -> RawFile:
     RecordingError
         If it cannot be read.
     """
-    from shakerproc.recordings import famos, mdf
-    from shakerproc.recordings.csv import read_csv
-
     start = first_bytes(path, run, 8)
-    if start in mdf.MAGIC:
-        return mdf.read_mdf(path, run)
-    if start.startswith(famos.MAGIC):
-        return famos.read_famos(path, run)
-    return read_csv(path, run)
+    ending = next((of[0] for mark, of in BEGINNINGS.items() if start.startswith(mark)), "")
+    return READERS[ending if ending in {".mf4", ".raw"} else ".csv"](path, run)
 
 
-READERS: Final = Readers({
-    ".tdms": "tdms.reader:read_tdms",
-    ".csv": "csv:read_csv",
-    ".txt": "csv:read_csv",
-    ".dat": "opening:read_dat",
-    ".lvm": "lvm:read_lvm",
-    ".mat": "matlab:read_mat",
-    ".npz": "numpy_file:read_npz",
-    ".npy": "numpy_file:read_npy",
-    ".uff": "uff:read_uff",
-    ".unv": "uff:read_uff",
-    ".uf58": "uff:read_uff",
-    ".parquet": "parquet:read_parquet",
-    ".feather": "feather:read_feather",
-    ".arrow": "feather:read_feather",
-    ".h5": "hdf5:read_hdf5",
-    ".hdf5": "hdf5:read_hdf5",
-    ".nc": "hdf5:read_hdf5",
-    ".nc4": "hdf5:read_hdf5",
-    ".xlsx": "csv:read_xlsx",
-    ".mf4": "mdf:read_mdf",
-    ".mdf": "mdf:read_mdf",
-    ".ide": "ide:read_ide",
-    ".raw": "famos:read_famos",
-    ".rsp": "rpc3:read_rpc3",
-    ".rpc": "rpc3:read_rpc3",
-    ".rpc3": "rpc3:read_rpc3",
-    ".wav": "wav:read_wav",
-    ".rf64": "wav:read_wav",
-    ".atfx": "atfx:read_atfx",
-})
+_ARROW: Final = "pyarrow.parquet pandas pint"
+
+READERS: Final = Readers((
+    FormatReader(".tdms", "tdms.reader:read_tdms"),
+    FormatReader(".csv .txt", "csv:read_csv"),
+    FormatReader(".dat", "opening:read_dat"),
+    FormatReader(".lvm", "lvm:read_lvm"),
+    FormatReader(".mat", "matlab:read_mat"),
+    FormatReader(".npz", "numpy_file:read_npz"),
+    FormatReader(".npy", "numpy_file:read_npy"),
+    FormatReader(".uff .unv .uf58", "uff:read_uff"),
+    FormatReader(".parquet", "parquet:read_parquet", _ARROW, "Parquet", "parquet", apart=True),
+    FormatReader(
+        ".feather .arrow", "feather:read_feather", _ARROW, "Feather", "parquet", apart=True
+    ),
+    FormatReader(".h5 .hdf5 .nc .nc4", "hdf5:read_hdf5", "h5py", apart=True),
+    FormatReader(".xlsx", "csv:read_xlsx", "openpyxl", "XLSX", "xlsx"),
+    FormatReader(".mf4 .mdf", "mdf:read_mdf", "asammdf", "MDF", "recorders", apart=True),
+    FormatReader(".ide", "ide:read_ide", "idelib", "IDE", "recorders"),
+    FormatReader(
+        ".raw", "famos:read_famos", "imctermite", "imc FAMOS", "recorders", apart=True
+    ),
+    FormatReader(".rsp .rpc .rpc3", "rpc3:read_rpc3"),
+    FormatReader(".wav .rf64", "wav:read_wav"),
+    FormatReader(".atfx", "atfx:read_atfx"),
+))
 """What opens a file, by its ending in small letters, below `shakerproc.recordings`."""
 
 
@@ -189,6 +226,10 @@ BEGINNINGS: Final = {
 }  # fmt: skip
 """How files of a format begin, with the endings that have it read."""
 
+_REMEDY: Final = (
+    "Repair the file, or have such rows skipped: processing: {bad_rows: skip} in the log (or "
+    "--bad-rows skip)."
+)
 NO_ROLE: Final = "no role fits its unit; a log can give it one"
 IGNORED: Final = "role: ignore in the log"
 
@@ -351,7 +392,7 @@ def recording_in(
         said = sample_rate if isinstance(sample_rate, Sampling) else Sampling(sample_rate)
         raw = with_time_bases(raw, said)
         if raw.skipped is not None and bad_rows != "skip":
-            raise RecordingError(f"{name}: {raw.refusal}")
+            raise RecordingError(f"{name}: {raw.refusal} {_REMEDY}")
         among, note = choose_part(raw, part, uses, name)
         wanted = uses if decide is None else decide(among, uses)
         chosen = choose_channels(among, wanted, name)
@@ -431,6 +472,8 @@ def _reader(path: Path, run: str) -> Reader:
             f"Shakerproc reads {', '.join(READERS)}; export the recording as one of these, or "
             "rename it to .txt where it is a table of text."
         )
+    if not path.stat().st_size:
+        raise RecordingError(f"{run}: the file is empty (0 bytes). {AGAIN}")
     return reader
 
 

@@ -11,7 +11,6 @@ References
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, BinaryIO, Final, final
 
@@ -19,8 +18,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray, SampleSource
 from shakerproc.errors import RecordingError
-from shakerproc.late import without_parquet
-from shakerproc.recordings.apart import check_survived
 from shakerproc.recordings.columns import Columns, file_of_columns
 from shakerproc.recordings.guard import AGAIN, foreign, kept_open, shown
 from shakerproc.recordings.raw import RawFile, TimeAxis, TimesInFile
@@ -190,36 +187,11 @@ CURSORS: Final = 4
 def read_parquet(path: Path, run: str) -> RawFile:
     """Return the columns of a Parquet file as channels; what is text is named in a note.
 
-    pyarrow ends the process at some damaged files. Another process opens the file first, and
-    reads the first piece of each row group: a third of a second for the first file.
-
     Raises
     ------
     RecordingError
-        If it cannot be read, or pyarrow is not installed.
+        If it cannot be read.
     """
-    if lacks := without_parquet():
-        raise RecordingError(f"{run}: {lacks}")
-    check_survived(path, run, "shakerproc.recordings.parquet:try_parquet")
-    return _opened(path, run)
-
-
-def try_parquet(path: Path) -> None:
-    """Open a file and read the first piece of each row group; the process may die of it."""
-    read_first_pieces(_opened(path, path.name))
-
-
-def read_first_pieces(table: RawFile) -> None:
-    """Read the first piece of each row group or batch of an open table, and close it."""
-    source = table.source
-    try:
-        if isinstance(source, ParquetSource):
-            source.read_beginnings()
-    finally:
-        source.close()
-
-
-def _opened(path: Path, run: str) -> RawFile:
     from pyarrow import parquet
 
     with foreign(run, "opening the table"):
@@ -393,11 +365,6 @@ class ParquetSource(SampleSource):
                 del self._cursors[next(iter(self._cursors))]
             cursor.fill(out, start)
         return out
-
-    def read_beginnings(self) -> None:
-        """Decode the first piece of each row group, and keep none."""
-        for start, stop in pairwise(self._starts):
-            self.read(range(len(self._names)), int(start), min(int(stop), int(start) + PIECE))
 
     def _cursor(self, columns: tuple[int, ...], start: int) -> "_Cursor":
         group = int(np.searchsorted(self._starts, start, side="right")) - 1

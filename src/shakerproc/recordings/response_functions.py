@@ -34,13 +34,12 @@ SAME_LINE: Final = 0.01
 """How far lines of two functions may lie apart that are one, in steps [-]: the format prints
 their step to six digits."""
 
-READERS: Final[Mapping[str, str]] = MappingProxyType({
-    ".uff": "uff:read_uff_functions",
-    ".unv": "uff:read_uff_functions",
-    ".uf58": "uff:read_uff_functions",
-    ".csv": "function_tables:read_csv_functions",
-    ".mat": "function_tables:read_mat_functions",
-})
+_TABLES: Final = (".csv", ".txt", ".xlsx", ".parquet", ".feather")
+READERS: Final[Mapping[str, str]] = MappingProxyType(
+    dict.fromkeys((".uff", ".unv", ".uf58"), "uff:read_uff_functions")
+    | dict.fromkeys(_TABLES, "function_tables:read_table_functions")
+    | {".mat": "function_tables:read_mat_functions"}
+)
 """What reads functions, by the ending of the file, below `shakerproc.recordings`."""
 
 

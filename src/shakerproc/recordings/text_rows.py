@@ -30,11 +30,6 @@ LOOK_BACK: Final = 50
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _NUMERALS: Final = b"0123456789+-eE "
 
-REMEDY: Final = (
-    "Repair the file, or have such rows skipped: processing: {bad_rows: skip} in the log (or "
-    "--bad-rows skip)."
-)
-
 
 @final
 @dataclass(slots=True)
@@ -394,12 +389,12 @@ def without_bad_rows(
 
 
 def refusal(bad: Interruptions, width: int) -> str:
-    """Return the message on bad rows: the first of them, and the remedy."""
+    """Return the message on bad rows: the first of them, and how many there are."""
     line, found = bad.named[0]
     count = len(bad.after)
     wanted = f"{width} numbers are" if width > 1 else "a number is"
     such = f" {count} lines are no rows of numbers ({_listed(bad)})." if count > 1 else ""
-    return f"line {line}: {found}, where {wanted} wanted.{such} {REMEDY}"
+    return f"line {line}: {found}, where {wanted} wanted.{such}"
 
 
 def _listed(bad: Interruptions) -> str:

@@ -38,6 +38,9 @@ FUNCTIONS: Final = (
 
 _EXACT: Final = re.compile(r"sample rate ([0-9.eE+-]{1,30}) Hz")
 
+_OF: Final = re.compile(r" Hz, record \d{1,9} of (\d{1,9})")
+"""Of how many a record is one, as `write_uff` says; the format itself does not count them."""
+
 _KINDS: Final[Mapping[int, Kind]] = {
     2: "auto spectrum", 3: "cross spectrum", 4: "response function", 5: "response function",
     6: "coherence", 9: "auto spectrum", 12: "spectrum", 26: "multiple coherence",
@@ -89,6 +92,12 @@ def read_uff(path: Path, run: str) -> RawFile:
         for c, record in zip(channels, records, strict=True)
         if record.cut
     ]
+    told = [match for r in records if r.texts and (match := _OF.search(r.texts[4]))]
+    missing = max((int(match[1]) for match in told), default=0) - len(records)
+    if missing > 0:
+        notes.append(
+            f"The file is not whole: {missing} of {missing + len(records)} records are missing."
+        )
     general = sum(record.function == GENERAL for record in records)
     if general:
         notes.append(f"{general} records of no stated type are over a time: they are channels.")

@@ -431,7 +431,8 @@ def _head(recording: Recording, number: int) -> RecordHead:
             recording.run,
             start.strftime("%d-%b-%y %H:%M:%S") if start else "",
             "",
-            f"sample rate {float(recording.sample_rate)!r} Hz",
+            f"sample rate {float(recording.sample_rate)!r} Hz, "
+            f"record {number + 1} of {len(recording.channels)}",
         ),
         End(node=number + 1),
         End(),

@@ -72,7 +72,7 @@ def inspect(
             | {"notes": notes, "error": str(error)},
             json,
         )
-        for found in groups:
+        for found in (one for one in groups if one.channels):
             _show_group(found, json)
         raise
 
