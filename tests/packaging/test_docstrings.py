@@ -1,4 +1,4 @@
-"""First lines of docstrings name the quantity: few begin with "what" or "the same"."""
+"""First lines of docstrings name the quantity: few describe it by a clause with "what"."""
 
 import ast
 import re
@@ -9,6 +9,10 @@ import pytest
 
 SOURCE = Path(__file__).parents[2] / "src" / "shakerproc"
 VAGUE = re.compile(r"(?:(?:return|yield) )?(?:the same|what|the one that)\b", re.IGNORECASE)
+CLAUSE = re.compile(r"\bwhat\b", re.IGNORECASE)
+REWORDED_LATER = {"comparison", "diagnosis", "forecasts", "recordings"}
+"""Rooms whose clauses with "what" are still to be reworded; they may not begin with one."""
+
 SHARE = 0.02
 """Share that is allowed; packages that were counted as models have 0 to 1 %."""
 
@@ -31,10 +35,11 @@ def counts():
     every, vague = Counter(), Counter()
     for room, line in first_lines():
         every[room] += 1
-        vague[room] += VAGUE.match(line) is not None
+        clause = room not in REWORDED_LATER and CLAUSE.search(line)
+        vague[room] += bool(VAGUE.match(line) or clause)
     return every, vague
 
 
-def test_at_most_two_per_cent_of_first_lines_begin_with_what_or_the_same(counts):
+def test_at_most_two_per_cent_of_first_lines_describe_instead_of_naming(counts):
     every, vague = counts
     assert {room for room in every if vague[room] > max(SHARE * every[room], 1)} == set()

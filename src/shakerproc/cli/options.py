@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they change in a test."""
+"""Options that several commands share, and their changes to a test."""
 
 from contextlib import contextmanager
 from math import inf

@@ -1,4 +1,4 @@
-"""Modes of CalculiX: its result file (.frd), and what it prints (.dat).
+"""Modes of CalculiX: its result file (.frd) and its printed output (.dat).
 
 Shapes are for a unit mass, in the units of the input file, which neither states.
 """
@@ -57,7 +57,7 @@ class CalculixModes:
 @final
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A result file, and what is wrong with it."""
+    """A result file, and the message of its fault."""
 
     path: Path
     content: bytes

@@ -79,7 +79,7 @@ class Struck:
 
     @property
     def notes(self) -> Iterator[str]:
-        """Which blows went in, and how the fit takes what is cut off."""
+        """Notes on the blows used, and on how the fit takes a truncated decay into account."""
         yield self.kept
         rate = self.cross.decay_rate
         if self.left > RINGS:

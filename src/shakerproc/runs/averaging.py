@@ -202,7 +202,7 @@ def _windowed(
     pulses: list[FloatArray],
     quiet: list[FloatArray],
 ) -> Iterator[FloatArray]:
-    """Yield blocks windowed; note what lies before each blow, and its force as it is used."""
+    """Yield blocks windowed; note the samples before each blow, and its force as used."""
     around = 3 * setup.cut.before + PULSE
     for raw in blocks:
         quiet.append(raw[:, : setup.cut.quiet].copy())
@@ -214,7 +214,7 @@ def _windowed(
 def _no_blow_reason(
     recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]
 ) -> str:
-    """Return why no blow can be used, and what may help."""
+    """Return why no blow can be used, and a remedy."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
     told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
     return (

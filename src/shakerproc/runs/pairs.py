@@ -340,7 +340,7 @@ def _driving(result: RunResult) -> tuple[int, ...]:
 
 
 def _against(result: RunResult, force: int) -> list[ChannelPair]:
-    """Return every response over a force, without what the other forces cause."""
+    """Return every response over a force, without the parts of the other forces."""
     if _dependence(result, force):
         return []
     forces, name = forces_of(result.channels), result.channels[force].name

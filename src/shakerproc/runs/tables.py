@@ -411,7 +411,7 @@ SWEPT_COLUMNS: Final = (
 
 
 def swept_rows(run: RunSummary) -> list[tuple[object, ...]]:
-    """Return the tallest point of each swept response, and what a slow sweep would show."""
+    """Return the tallest point of each swept response, and the correction of a slow sweep."""
     return [
         (
             channel.name,

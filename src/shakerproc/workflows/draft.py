@@ -1,4 +1,4 @@
-"""A draft of a test log: what recordings say, guesses, marks; and a small example."""
+"""A draft of a test log: metadata of recordings, guesses, marks; and a small example."""
 
 import re
 from collections import Counter
@@ -181,7 +181,7 @@ _SENSOR: Final = "{at: coupon, measures: acceleration}"
 
 
 def measures(name: str, unit: str) -> str:
-    """Return the SI unit of a channel: of its unit, else of what its name says it measures."""
+    """Return the SI unit of a channel: of its unit, else by its name."""
     from shakerproc.recordings.columns import quantity_named
     from shakerproc.recordings.si import quantity_of
 

@@ -179,7 +179,7 @@ def convert_modes(source: Path, out: Path, options: ModeOptions) -> ConvertedMod
 
 
 def _read(path: Path, options: ModeOptions) -> tuple[ModeTable, tuple[str, ...]]:
-    """Return the modes of a file in SI, and a sentence on what was taken for granted.
+    """Return the modes of a file in SI, and a sentence on the assumptions.
 
     Raises
     ------

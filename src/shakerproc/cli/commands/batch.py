@@ -192,7 +192,7 @@ def batch(
 
 
 def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) -> None:
-    """Say what comes next, of a log that no model was compared with; end with the status."""
+    """Print the next step for a log without a comparison; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
         messages.after_batch(to_compare, json)

@@ -98,7 +98,7 @@ def check(
 
 
 def _check_profiles(table: Path, json: str | None) -> None:
-    """Print every line of a profile that was not kept, and what was not judged."""
+    """Print every line of a profile that was broken or could not be judged."""
     from shakerproc.campaign.keeping import expired_notes, profiles_kept
 
     result = profiles_kept(table)

@@ -298,7 +298,7 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
 
 
 def _print(found: "Comparison", folder: Path, json: str | None, once: output.Once) -> None:
-    """Print the errors of every test, and what was not said before."""
+    """Print the errors of every test, and the notes that were not printed yet."""
     from shakerproc.runs.summary import by_tests
 
     rows = []

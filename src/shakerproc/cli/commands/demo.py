@@ -70,7 +70,7 @@ def _processed(
     evidence: "Evidence | None" = None,
     verdict: str = "",
 ) -> dict[str, Any]:
-    """Do what `shakerproc batch` does, with the evidence in the report."""
+    """Run `shakerproc batch`, with the evidence in the report."""
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
     from shakerproc.cli.batch_output import tell, work_through_log
@@ -152,7 +152,7 @@ def _loop(folder: Path, *, figures: bool, json: str | None) -> dict[str, Any]:
 
 
 def _say(*words: object, json: str | None) -> None:
-    """Print the command that does on its own what comes next."""
+    """Print the command of the next step."""
     output.data(f"\n$ shakerproc {' '.join(map(str, words))}", json_target=json)
 
 

@@ -123,7 +123,7 @@ class Package:
 
 
 def doctor(json: output.JsonOption = None) -> None:
-    """Say what is installed, how fast this machine is and what is missing for what.
+    """List installed packages, the speed of this machine, and missing packages with their use.
 
     On its first run it compiles the simulation for this machine, so that later commands need
     not.
@@ -196,7 +196,7 @@ def _version(name: str) -> str | None:
 
 
 def _speed() -> dict[str, float]:
-    """Return how fast what long batches and studies wait for is."""
+    """Return the speed of the steps that dominate long batches and studies."""
     import hashlib
 
     import numpy as np

@@ -167,7 +167,7 @@ def _health(flags: "tuple[Flag, ...]", json: str | None, *, looked: bool) -> Non
 
 
 def _levels(recording: "Recording") -> list[ChannelLevel]:
-    """Return the extremes and rms of every channel; what is no number is left out."""
+    """Return the extremes and rms of every channel; NaN is left out."""
     import numpy as np
 
     low = np.full(len(recording.channels), np.inf)
@@ -198,7 +198,7 @@ def _described(group: "RawGroup") -> str:
 
 
 def _listed(group: "RawGroup") -> dict[str, Any]:
-    """Return a group as JSON has it: what is in it, without the times themselves."""
+    """Return a group as JSON holds it: its channels, without the times themselves."""
     return {
         "name": group.name,
         "channels": [

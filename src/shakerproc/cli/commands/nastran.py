@@ -331,7 +331,7 @@ def _sweep(
 def _measured(
     model: "Model", log_path: Path, test_id: str | None
 ) -> "tuple[FloatArray, FloatArray]":
-    """Return time and what shook the model in a test, between the ends of its crop.
+    """Return time and excitation of a test, between the ends of its crop.
 
     That is the mean of the controls, or the force where a force drives the model.
 

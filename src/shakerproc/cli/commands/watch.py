@@ -140,7 +140,7 @@ def watch(
 
 
 def _forecast(model: Path, folder: Path, json: str | None, log: "TestLog") -> None:
-    """Forecast the planned tests of a log, and tell what came of the last forecast."""
+    """Forecast the planned tests of a log, and compare the last forecast with its test."""
     from shakerproc.cli.commands.forecast import print_step
     from shakerproc.errors import ShakerprocError
     from shakerproc.model_files import read_model

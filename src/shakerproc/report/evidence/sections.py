@@ -98,7 +98,7 @@ def model_section(models: Models) -> ReportSection:
 
 
 def _limits(comparison: Comparison) -> list[str]:
-    """Return which tests took no part, what looks wrong, and of which only a part was used."""
+    """Return which tests took no part, which look faulty, and which were used in part."""
     each = comparison.tests
     notes = [note for test in each for note in (*test.measured.notes, *test.notes)]
     return [*comparison.left_out, *comparison.warnings, *notes]
@@ -141,7 +141,7 @@ def _refit(models: Models) -> list[ReportTable]:
 
 
 def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> ReportSection:
-    """Return which effect is missing: verdict, ladder, numbers, what is open.
+    """Return which effect is missing: verdict, ladder, numbers, open questions.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The blows of a hammer test: a table of those kept and rejected, their forces, what to do."""
+"""The blows of a hammer test: a table of those kept and rejected, their forces, advice."""
 
 from collections.abc import Iterator
 from typing import ClassVar, Final, final
@@ -71,7 +71,7 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
 
 
 def _cut_text(found: Blows, added: float) -> list[str]:
-    """Return how blows were cut; `added` is what the window adds to damping at 1 Hz [%]."""
+    """Return how blows were cut; `added` is the damping of the window at 1 Hz [%]."""
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [
         f"Trigger at {numeral(found.setup.strikes.level, 4)} N; blocks of "

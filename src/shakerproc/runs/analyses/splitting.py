@@ -375,7 +375,7 @@ def _columns(
 
 
 def _advice(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
-    """Yield how to go on, and what has no spectrum."""
+    """Yield the next step, and the parts without a spectrum."""
     yield (
         "To process a part alone, give a test of the log its times: crop: {from: ... s, "
         "to: ... s}. Peak and rms of vibration are without the shocks in it."
