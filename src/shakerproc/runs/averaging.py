@@ -178,7 +178,7 @@ def _force(recording: Recording) -> int:
     there = ", ".join(f"{channel.name} ({channel.role})" for channel in channels)
     raise SpectrumError(
         "a hammer test needs one channel with the role force, the hammer, others that "
-        f"respond, and no control; there are {there}; correct the roles under channels: in "
+        f"respond, and no control. There are {there}; correct the roles under channels: in "
         "the log"
     )
 
@@ -325,7 +325,7 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
         low, high = wanted or (low, high)
         raise SpectrumError(
             f"the {told} from {low:g} to {high:g} Hz does not lie below half the sample rate "
-            f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz; correct its from and to in the log"
+            f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz. Correct its from and to in the log"
         )
     return low, high
 

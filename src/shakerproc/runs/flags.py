@@ -50,9 +50,9 @@ def drop_sentence(drop: ControlDrop, result: RunResult) -> str:
     """Return a drop in words, with advice."""
     name, at = result.channels[drop.channel].name, numeral(drop.frequency, 4)
     return (
-        f"the control drops by {-drop.decibels:.1f} dB at {at} Hz, a resonance of {name}: the "
+        f"the control drops by {-drop.decibels:.1f} dB at {at} Hz, a resonance of {name}. The "
         f"specimen pulls at the shaker there, and the controller does not make up for it. The "
-        f"level of the log is not that at this resonance; control finer and slower there, or "
+        f"level at this resonance is not that of the log. Control finer and slower there, or "
         f"state a notch that is meant in the profile"
     )
 

@@ -374,7 +374,7 @@ def _dependence(result: RunResult, force: int) -> str:
         return ""
     names = ", ".join(result.channels[i].name for i in driving if i != force)
     return (
-        f"it moves as one with {names}, so that what each causes cannot be told apart; drive "
+        f"it moves as one with {names}, so that what each causes cannot be told apart. Drive "
         "the forces with independent signals, or one at a time"
     )
 

@@ -407,12 +407,12 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> st
         )
     if lone_force(channels) is not None:
         return (
-            f"No channel has the role control: the response functions are those against the "
-            f"force {forces[0]}, where it moves; spectra and peaks are those of each channel "
+            f"No channel has the role control. The response functions are those against the "
+            f"force {forces[0]}, where it moves. Spectra and peaks are those of each channel "
             "alone."
         )
     return (
-        "No channel has the role control: the response functions are those against each of the "
-        f"forces {', '.join(forces)}, where it moves, without what the others cause; spectra "
+        "No channel has the role control. The response functions are those against each of the "
+        f"forces {', '.join(forces)}, where it moves, without what the others cause. Spectra "
         "and peaks are those of each channel alone."
     )

@@ -436,7 +436,7 @@ def steady_withheld(run: RunSummary) -> str:
         if peak.steady_gain is None
     ]
     return (
-        f"steady gain withheld ({', '.join(of)}): no linear mode fits; the joint is nonlinear, "
+        f"steady gain withheld ({', '.join(of)}): no linear mode fits. The joint is nonlinear, "
         "or the sweep is too fast and the gain that it shows too low: sweep slower to tell"
         if of
         else ""

@@ -164,8 +164,8 @@ tests:
 
 MODEL: Final = """\
 # What is thought to be on the shaker: one mass on a spring and a damper. Weigh what moves with
-# the sensor; k = m (2 pi f)^2 and c = 2 pi f m / Q, with f and Q of the lowest level, from
-# `shakerproc batch`. Both are fitted; the mass is not.
+# the sensor. k = m (2 pi f)^2 and c = 2 pi f m / Q, with f and Q of the lowest level
+# (`shakerproc batch`). Both are fitted; the mass is not.
 
 model: 1
 title: one mass on a linear joint

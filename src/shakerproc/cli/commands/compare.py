@@ -332,7 +332,7 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
         if not test.prediction.predictable:
             output.warning(
                 f"test {test.measured.name}: a disturbance of the model's motion grows too "
-                f"much for a whole test, so the error is taken in windows of "
+                f"much for a whole test. The error is taken in windows of "
                 f"{numeral(test.prediction.horizon_s)} s, each with its start fitted"
             )
 

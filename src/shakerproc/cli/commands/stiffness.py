@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "shakerproc-stiffness/1"
 ALIKE = (
-    "the specimens cannot be told apart by their stiffness: the runs may have measured the "
+    "the specimens cannot be told apart by their stiffness. The runs may have measured the "
     "grips and the jig, and not the joints (thesis, section 5.3.1); measure across the joint"
 )
 STIFFENING = (

@@ -28,9 +28,9 @@ from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTab
 from shakerproc.runs.summary import by_tests
 
 ONE_METHOD: Final = (
-    "All errors in this report are of a model that runs free under the measured input; a "
-    "diagnosis predicts windows of one length where a motion cannot be predicted for a whole "
-    "test, and fits their starts, so that its errors differ a little from those above."
+    "All errors in this report are of a model that runs free under the measured input. Where "
+    "a motion cannot be predicted for a whole test, a diagnosis predicts windows of one length "
+    "and fits their starts. Its errors then differ a little from those above."
 )
 
 
@@ -231,9 +231,9 @@ def error_ladder(diagnosis: Diagnosis) -> PageFigure:
     )
     return PageFigure(
         "Error of every model that was tried.",
-        f"{_horizon(diagnosis)} Held-out tests took no part in the fit: where theirs falls as "
-        "far as that of the fitted ones, the effect is real; what is left should be near the "
-        "noise.",
+        f"{_horizon(diagnosis)} Held-out tests took no part in the fit. The effect is real "
+        "where their error falls as far as that of the fitted ones. The rest should be near "
+        "the noise.",
         ladder(rungs, errors.noise_floor, title="Errors of all models that were tried"),
         broad=True,
     )

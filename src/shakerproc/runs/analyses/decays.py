@@ -73,13 +73,13 @@ def remarks(curve: DecayCurve) -> Iterator[str]:
         yield (
             f"{name}: the two methods disagree by more than their intervals in {len(disputed)} "
             f"of {len(curve.fitted)} stretches, at {min(sizes) / max(whole):.0%} to "
-            f"{max(sizes) / max(whole):.0%} of the largest amplitude: another mode close by, "
-            "or a frequency that shifts within a stretch"
+            f"{max(sizes) / max(whole):.0%} of the largest amplitude. Another mode lies close "
+            "by, or the frequency shifts within a stretch"
         )
     if curve.rises > BEATS:
         yield (
-            f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was: "
-            "another mode lies close by, and the curves are those of both; a sensor at its "
+            f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was. "
+            "Another mode lies close by, and the curves are those of both; a sensor at its "
             "node tells them apart"
         )
     shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]

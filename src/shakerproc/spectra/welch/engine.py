@@ -310,8 +310,8 @@ class _Sums:
         """
         if self.held < self.window.size and not self.n_segments:
             raise SpectrumError(
-                f"{self.n_samples} samples are fewer than one segment of {self.window.size}: "
-                "take a longer crop, or a shorter segment (processing: {welch: {segment: "
+                f"{self.n_samples} samples are fewer than one segment of {self.window.size}. "
+                "Take a longer crop, or a shorter segment (processing: {welch: {segment: "
                 f"{max(8, 1 << max(self.n_samples // 4, 1).bit_length() - 1)}}}}} in the log, "
                 "or --segment)"
             )
