@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from shakerproc.recordings import Sampling
 
 
+@options.grouped
 def init(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="New or empty folder.", file_okay=False)
@@ -24,11 +25,8 @@ def init(
             file_okay=False,
         ),
     ] = None,
-    sample_rate_hz: options.SampleRateOption = None,
-    override_rate: options.OverrideRateOption = False,
-    time_unit: options.TimeUnitOption = None,
-    resample_hz: options.ResampleOption = None,
-    ignore_starts: options.IgnoreStartsOption = False,
+    *,
+    times: options.Times,
 ) -> None:
     """Write a test log, a model and small simulated recordings to start from.
 
@@ -36,9 +34,7 @@ def init(
     --recordings, a log and a model of your own: a line for each file, its channels, and marks
     where something has to be filled in.
     """
-    said = options.sampling_of(
-        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
-    )
+    said = times.sampling()
     if recordings is None and options.named_in(said):
         raise typer.BadParameter("goes with --recordings", param_hint=options.named_in(said))
     if recordings is None:
