@@ -513,6 +513,11 @@ class TestOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Processing(Averaging, Reading, TestOptions):
+    """All options of `processing_options.Options`, in the order of the help."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ChannelOptions:
     """Options on the channels of a recording without a log."""
 
@@ -581,7 +586,11 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     A group is a parameter whose type is one of the dataclasses above.
     """
     given = signature(command).parameters.values()
-    groups = {one.name: one.annotation for one in given if is_dataclass(one.annotation)}
+    groups: dict[str, type[Any]] = {
+        one.name: one.annotation
+        for one in given
+        if isinstance(one.annotation, type) and is_dataclass(one.annotation)
+    }
     options: list[Parameter] = []
     for one in given:
         options += [

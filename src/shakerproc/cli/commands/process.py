@@ -1,7 +1,7 @@
 """``shakerproc process``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from shakerproc.runs import RunSummary
     from shakerproc.runs.summary import ChannelSummary
     from shakerproc.testlog import Test
+    from shakerproc.workflows.processing_options import Options
 
 
 @options.grouped
@@ -34,10 +35,8 @@ def process(
         ),
     ] = None,
     *,
-    said: options.TestOptions,
+    said: options.Processing,
     channels: options.ChannelOptions,
-    reading: options.Reading,
-    averaging: options.Averaging,
     written: options.Written,
     out: output.OutOption = None,
     json: output.JsonOption = None,
@@ -61,7 +60,7 @@ def process(
         raise typer.BadParameter("goes with --log", param_hint="--test")
     chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
     with options.usage():
-        chosen = described(chosen, {**vars(said), **vars(reading), **vars(averaging)})
+        chosen = described(chosen, cast("Options", vars(said)))
     folder = Path(folder_name(recording, chosen)) if out is None else out
     check_result_folder(folder, "process")
     products = Products(written.figures, options.exports_of(written.export), written.thesis)
