@@ -126,7 +126,10 @@ def batch(
     ] = False,
     json: output.JsonOption = None,
 ) -> None:
-    """Process every test of a log: tables, trends, figures and a report; resumable."""
+    """Process every test of a log: tables, trends and a report.
+
+    Called again after a stop, it goes on where it was.
+    """
     from shakerproc.campaign.earlier import read_earlier
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked

@@ -47,7 +47,7 @@ def check(
     ] = "peak_frequency",
     json: output.JsonOption = None,
 ) -> None:
-    """Compare a table of runs with a reference; fail where a number is outside its tolerance.
+    """Compare a table of runs with a reference, within tolerances.
 
     Exit status 1 if a value is outside its tolerance or a run is missing, with one line for
     each. Of peaks, the tallest of each response is compared. A reference may have fewer rows

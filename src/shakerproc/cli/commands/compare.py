@@ -68,7 +68,7 @@ def compare(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Compare a model with every test of a log: where, and by how much, it fails.
+    """Show where, and by how much, a model fails in each test.
 
     The model is driven by the measured control signal (the mean of the controls, or the
     measured force) and its sensors are compared with the channels of the same name. Where

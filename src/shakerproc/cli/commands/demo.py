@@ -24,7 +24,7 @@ def demo(
     figures: Annotated[bool, typer.Option(help="Draw figures as PNG files.")] = True,
     json: output.JsonOption = None,
 ) -> None:
-    """Process the sample recordings, then find a gap that was hidden in a simulation."""
+    """Process sample recordings, then find a hidden gap."""
     from shakerproc.cli.messages import announce, compiled_ahead
 
     announce()

@@ -25,7 +25,7 @@ def diagnose(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Say which effect a model lacks, how surely, and which test comes next."""
+    """Name the missing effect, how surely, and the next test."""
     from shakerproc import files
     from shakerproc.campaign.jobs import at_hand
     from shakerproc.campaign.result_folder import check_result_folder

@@ -123,10 +123,10 @@ class Package:
 
 
 def doctor(json: output.JsonOption = None) -> None:
-    """List installed packages, the speed of this machine, and missing packages with their use.
+    """List installed and missing packages, and the speed.
 
-    On its first run it compiles the simulation for this machine, so that later commands need
-    not.
+    Of missing packages the use is told. On its first run it compiles the simulation for this
+    machine, so that later commands need not.
     """
     from shakerproc.cli.messages import announce
 

@@ -51,7 +51,7 @@ def forecast(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Predict the responses of planned tests, with 90 % bands and limits.
+    """Predict planned tests, with 90 % bands and limits.
 
     Numbers of the model are fitted to the tests that were run, then drawn from their
     covariance, with calibration and phases. Each level that was run is forecast from those

@@ -28,7 +28,7 @@ def init(
     *,
     times: options.Times,
 ) -> None:
-    """Write a test log, a model and small simulated recordings to start from.
+    """Write a log, a model and small recordings to start from.
 
     `batch`, `compare` and `diagnose` run on them at once; both files are commented. With
     --recordings, a log and a model of your own: a line for each file, its channels, and marks

@@ -22,7 +22,7 @@ MANY = 200_000
 nastran = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Write decks for Nastran, and read the punch files that come back.",
+    help="Write decks for Nastran, and read its punch files.",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 

@@ -41,7 +41,7 @@ def process(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Process one recording: crop, spectra, peaks, tables and figures.
+    """Process one recording: spectra, peaks, tables, figures.
 
     Without a log, channels in N, m and m/s are forces, displacements and velocities. Of the
     others, those with control in their names are controls, otherwise the first two, as in the

@@ -85,7 +85,7 @@ def simulate(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Write the recordings that a log describes, as the model would give them.
+    """Write the recordings that a log describes, from a model.
 
     A campaign can so be rehearsed before the shaker is booked: each test is shaken as the log
     says, passes the recorder's filter, and gets noise of its own. Without --out the recordings

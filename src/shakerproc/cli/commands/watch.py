@@ -85,11 +85,11 @@ def watch(
     times: options.Times,
     json: output.JsonOption = None,
 ) -> None:
-    """Process each recording of a folder as soon as it is finished; the report follows.
+    """Process each recording of a folder as soon as it is finished.
 
-    Results are those of `batch`; after Ctrl-C or a crash the same command goes on. A recording
-    that grows or changes later is processed again. The page in a browser reloads itself
-    while the folder is watched. No port is opened.
+    The report follows. Results are those of `batch`; after Ctrl-C or a crash the same command
+    goes on. A recording that grows or changes later is processed again. The page in a browser
+    reloads itself while the folder is watched. No port is opened.
 
     With --model, what was predicted of the run and what came is told, then the next test.
     """
