@@ -229,14 +229,14 @@ def test_one_end_of_the_band_leaves_a_sweep_down_one(files, tmp_path):
 
 
 def test_every_option_of_the_api_on_a_test_is_one_of_the_command_line():
-    fields = {field.name for field in dataclasses.fields(options.Processing)}
+    fields = {field.name for field in dataclasses.fields(options.ProcessingOptions)}
     assert fields == set(Options.__annotations__)
 
 
 def test_a_group_of_options_reaches_the_command_as_one_value():
     taken = []
 
-    def command(name: str, *, times: options.Times) -> None:
+    def command(name: str, *, times: options.TimeOptions) -> None:
         taken.append((name, times))
 
     run_grouped = options.grouped(command)
@@ -244,4 +244,4 @@ def test_a_group_of_options_reaches_the_command_as_one_value():
     app.command()(run_grouped)
     done = CliRunner().invoke(app, ["a", "--sample-rate-hz", "512", "--ignore-starts"])
     assert done.exit_code == 0, done.output
-    assert taken == [("a", options.Times(sample_rate_hz=512.0, ignore_starts=True))]
+    assert taken == [("a", options.TimeOptions(sample_rate_hz=512.0, ignore_starts=True))]

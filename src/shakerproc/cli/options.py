@@ -255,7 +255,7 @@ def named_in(said: "Sampling") -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Times:
+class TimeOptions:
     """Options on the times of a recording."""
 
     sample_rate_hz: Annotated[
@@ -318,7 +318,7 @@ class Times:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reading(Times):
+class ReadingOptions(TimeOptions):
     """Options on how a recording is read."""
 
     bad_rows: Annotated[
@@ -366,7 +366,7 @@ class Reading(Times):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Averaging:
+class AveragingOptions:
     """Options on how spectra are averaged."""
 
     segment: Annotated[
@@ -513,7 +513,7 @@ class TestOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Processing(Averaging, Reading, TestOptions):
+class ProcessingOptions(AveragingOptions, ReadingOptions, TestOptions):
     """All options of `processing_options.Options`, in the order of the help."""
 
 
@@ -550,7 +550,7 @@ class ChannelOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawn:
+class FileOptions:
     """Options on the files beside the tables."""
 
     export: Annotated[
@@ -566,7 +566,7 @@ class Drawn:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Written(Drawn):
+class ProductOptions(FileOptions):
     """Options on the files beside the tables, those of the thesis included."""
 
     thesis: Annotated[

@@ -85,8 +85,8 @@ def batch(
         ),
     ] = None,
     *,
-    averaging: options.Averaging,
-    written: options.Written,
+    averaging: options.AveragingOptions,
+    written: options.ProductOptions,
     units: options.UnitsOption = None,
     against: Annotated[
         Path | None,

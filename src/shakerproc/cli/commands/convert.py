@@ -36,7 +36,7 @@ def convert(
             dir_okay=False,
         ),
     ],
-    reading: options.Reading,
+    reading: options.ReadingOptions,
     mass_unit: Annotated[
         str | None,
         typer.Option(

@@ -26,7 +26,7 @@ def init(
         ),
     ] = None,
     *,
-    times: options.Times,
+    times: options.TimeOptions,
 ) -> None:
     """Write a log, a model and small recordings to start from.
 

@@ -29,7 +29,7 @@ class ChannelLevel:
 @options.grouped
 def inspect(
     recording: options.RecordingArgument,
-    reading: options.Reading,
+    reading: options.ReadingOptions,
     health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,
     json: output.JsonOption = None,
 ) -> None:

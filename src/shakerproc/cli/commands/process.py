@@ -35,9 +35,9 @@ def process(
         ),
     ] = None,
     *,
-    said: options.Processing,
+    said: options.ProcessingOptions,
     channels: options.ChannelOptions,
-    written: options.Written,
+    written: options.ProductOptions,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:

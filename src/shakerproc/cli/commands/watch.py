@@ -81,8 +81,8 @@ def watch(
         ),
     ] = None,
     *,
-    drawn: options.Drawn,
-    times: options.Times,
+    drawn: options.FileOptions,
+    times: options.TimeOptions,
     json: output.JsonOption = None,
 ) -> None:
     """Process each recording of a folder as soon as it is finished.
