@@ -1,4 +1,4 @@
-"""Checks of arguments: a ValueError that names what was given and what was wanted."""
+"""Checks of arguments: a ValueError that names the value and the range."""
 
 import math
 

@@ -343,7 +343,7 @@ class Recording:
 
     @property
     def duration(self) -> float:
-        """Length of what is there [s]."""
+        """Length of the samples [s]."""
         return self.n_samples / self.sample_rate
 
     @property

@@ -51,7 +51,7 @@ class LogError(ShakerprocError):
 
 
 class ModelError(ShakerprocError):
-    """A model cannot be used for what was asked."""
+    """A model cannot be used for a task."""
 
 
 class SimulationError(ShakerprocError):

@@ -148,7 +148,7 @@ def is_special(path: Path) -> bool:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all; into what is no file, straight.
+    """Write a file completely or not at all; a pipe or a device directly.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def write_text(path: Path, content: str) -> None:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove what writers that were killed left below a folder."""
+    """Remove the temporary files of killed writers below a folder."""
     for leftover in sorted(folder.rglob(f"{TEMPORARY_PREFIX}*")):
         if leftover.is_dir() and not leftover.is_symlink():
             shutil.rmtree(leftover, ignore_errors=True)
@@ -289,6 +289,6 @@ def printable(text: str, *, lines: bool = False) -> str:
 
 
 def now() -> datetime:
-    """Return the present, or what SOURCE_DATE_EPOCH says, so that outputs can be equal."""
+    """Return the time, or SOURCE_DATE_EPOCH where it is set, so that outputs can be equal."""
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
     return datetime.fromtimestamp(int(epoch), UTC) if epoch.isdigit() else datetime.now(UTC)

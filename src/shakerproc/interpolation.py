@@ -23,7 +23,7 @@ def interpolated(
     times: FloatArray,
     wanted_rate: float,
 ) -> FloatArray:
-    """Return a signal at other times, without what the wanted rate cannot hold.
+    """Return a signal at other times, low-pass filtered to the new rate.
 
     The sum of its samples with a sinc in a Kaiser window; 0 beyond its ends.
 

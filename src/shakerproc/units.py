@@ -475,7 +475,7 @@ def _scaled(number: float, scale: float) -> float:
 
 @lru_cache(maxsize=512)
 def _factor(written: str, wanted: str) -> tuple[float, float] | str:
-    """Return scale and offset from a unit to SI, or what is wrong with the unit.
+    """Return scale and offset from a unit to SI, or the fault of the unit.
 
     Raises
     ------
@@ -520,7 +520,7 @@ def _degrees(unit: str) -> str:
 
 
 def _parsed(written: str, reading: str) -> tuple[float, dict[str, float]] | str:
-    """Return the scale to SI and the dimensions of a unit, or what is wrong with it."""
+    """Return the scale to SI and the dimensions of a unit, or its fault."""
     return USUAL.get((written, reading)) or _read(written, reading)
 
 

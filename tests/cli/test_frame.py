@@ -74,6 +74,13 @@ def test_every_command_stands_in_one_group_of_the_help():
     assert sorted(listed) == sorted(COMMANDS)
 
 
+def test_the_line_of_every_command_is_whole_on_a_terminal_of_80_columns():
+    shown = CliRunner().invoke(build_app(), ["--help"], env={"COLUMNS": "80"}).stdout
+    lines = re.findall(r"^  ([a-z]+) {2,}([A-Z].*)$", shown, re.MULTILINE)
+    assert len(lines) == len(COMMANDS)
+    assert [name for name, line in lines if line.endswith("...")] == []
+
+
 def test_options_stand_below_the_title_of_their_group():
     shown = CliRunner().invoke(build_app(), ["process", "--help"], env={"COLUMNS": "96"}).stdout
     title_of = {}

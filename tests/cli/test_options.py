@@ -1,14 +1,19 @@
 """Options that make no sense are refused before any work: status 2 and one line."""
 
+import dataclasses
 import json
 from typing import get_args, get_type_hints
 
 import pytest
+import typer
 from tests.in_process import run
 from tests.small_campaign import write_campaign
+from typer.testing import CliRunner
 
+from shakerproc.cli import options
 from shakerproc.cli.commands import COMMANDS
 from shakerproc.documents import kind_of_file
+from shakerproc.workflows.processing_options import Options
 
 MODEL = """model: 1
 title: coupon
@@ -221,3 +226,22 @@ def test_one_end_of_the_band_leaves_a_sweep_down_one(files, tmp_path):
     words = ("process", files["recording"], "--log", log, "--no-figures", "--from-hz", "50")
     assert run(*words, "--out", tmp_path / "o", "--json", summary) == 0
     assert json.loads(summary.read_text())["spectrum"]["band_hz"] == [50.0, 800.0]
+
+
+def test_every_option_of_the_api_on_a_test_is_one_of_the_command_line():
+    fields = {field.name for field in dataclasses.fields(options.ProcessingOptions)}
+    assert fields == set(Options.__annotations__)
+
+
+def test_a_group_of_options_reaches_the_command_as_one_value():
+    taken = []
+
+    def command(name: str, *, times: options.TimeOptions) -> None:
+        taken.append((name, times))
+
+    run_grouped = options.grouped(command)
+    app = typer.Typer()
+    app.command()(run_grouped)
+    done = CliRunner().invoke(app, ["a", "--sample-rate-hz", "512", "--ignore-starts"])
+    assert done.exit_code == 0, done.output
+    assert taken == [("a", options.TimeOptions(sample_rate_hz=512.0, ignore_starts=True))]

@@ -133,6 +133,22 @@ def test_the_interval_in_the_text_is_the_one_that_is_printed():
         assert list(told) == shown, path.name
 
 
+def test_the_errors_of_readme_are_those_of_the_tutorial():
+    """The demo goes through the tutorial's campaign, whose printed tables a test compares."""
+    shown = r"^(\d)(?: \(held out\))? +\S+ g\^2/Hz +ch3 +(\S+) +(\S+) "
+    rows = re.findall(shown, TUTORIAL.read_text(encoding="utf-8"), re.MULTILINE)
+    before, after = rows[:4], rows[4:]
+    told = re.findall(
+        r"^    (\d) +\S+ g\^2/Hz +(?:yes +)?(\S+) +(\S+) +(\S+)$",
+        (ROOT / "README.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    assert told == [
+        (test, old, new, noise)
+        for (test, old, _), (_, new, noise) in zip(before, after, strict=True)
+    ]
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     pytest.importorskip("mkdocs", reason="the extra docs is not installed")

@@ -64,7 +64,7 @@ def test_a_hammer_and_a_sensor_that_change_places_agree(tmp_path):
     [
         ({"gain": -1.0}, "opposite sign"),
         ({"gain": 1.3}, "check the sensitivities"),
-        ({"shift": 9}, "places or directions in the log are wrong"),
+        ({"shift": 9}, "Places or directions in the log are wrong"),
         ({"direction": "-z"}, "opposite sign"),
     ],
 )

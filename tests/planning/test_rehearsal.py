@@ -237,7 +237,7 @@ def test_channels_by_number_and_in_volts_are_read_as_they_were_meant(campaign):
         ("excitation: sine, level: 1 g, frequency: 100 Hz", "comment: none",
          "does not say what shakes it"),
         ("frequency: 100 Hz}", "frequency: 100 Hz, expect: {duration: 0.5 s}}",
-         "leaves nothing of"),
+         "before and after takes"),
     ],
 )  # fmt: skip
 def test_a_log_that_does_not_fit_is_told_in_one_line(campaign, old, new, message):

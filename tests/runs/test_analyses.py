@@ -60,7 +60,7 @@ REFUSED = {
     "orders: {tachometer: tacho, track: [1, 1.1]}": "not separable within 10 revolutions",
     "orders: {tachometer: tacho, pulses_per_revolution: 5000}": "revolutions in the run, where",
     "dwell: {}": "expected a test with excitation: sine",
-    "splitting: {}": "a stationary part at least 5 s; give splitting: {shortest: ...}",
+    "splitting: {}": "a stationary part at least 5 s. Give splitting: {shortest: ...}",
     "octaves: {to: 1000 Hz}": "beyond 921.6 Hz, 0.45 of the sample rate",
 }
 """What a recording of 2048 Hz does not allow."""

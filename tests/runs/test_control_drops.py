@@ -66,7 +66,7 @@ def test_a_specimen_that_pulls_is_told_with_its_resonance_and_drop(tmp_path, rat
     assert drops[0].decibels == pytest.approx(form, rel=0.15)
     told = [flag for flag in result.flags if flag.kind == KIND]
     assert len(told) == 1
-    assert "Hz, a resonance of ch3: the specimen pulls at the shaker" in told[0].message
+    assert "Hz, a resonance of ch3. The specimen pulls at the shaker" in told[0].message
 
 
 @pytest.mark.parametrize(

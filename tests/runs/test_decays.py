@@ -108,7 +108,7 @@ def test_two_modes_that_beat_are_noted():
     rows = np.exp(-1.5 * t) * (np.sin(500.0 * t) + 0.5 * np.sin(506.0 * t)) * 100.0
     rows += 0.01 * np.random.default_rng(1).standard_normal(t.size)
     (told,) = found(processed(rows[np.newaxis], CHANNELS[1:2])).problems
-    assert re.search("the amplitude comes back to .* times what it was: another mode", told)
+    assert re.search(r"the amplitude comes back to .* times what it was\. Another mode", told)
 
 
 def test_a_batch_writes_decays_and_the_report_draws_them(tmp_path, struck_once):

@@ -65,7 +65,7 @@ def test_a_level_that_no_channel_measures_is_not_compared_and_says_so(unit):
 
 def test_forces_without_a_control_are_the_inputs():
     (note,) = processed([FORCE, RESPONSE], None, None).notes
-    assert "the response functions are those against the force" in note
+    assert "The response functions are those against the force" in note
     result = processed([FORCE, replace(FORCE, name="other"), RESPONSE], None, None)
     assert result.against is None
     (note,) = result.notes

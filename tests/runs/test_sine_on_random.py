@@ -98,7 +98,7 @@ def test_a_tone_whose_amplitude_swells_is_said_not_to_be_fixed():
     swelling = (0.5 + 1.5 * TIME / SECONDS) * np.sin(2.0 * np.pi * 100.0 * TIME)
     (problem,) = tones_in(processed(floor_of(4) + swelling, stated=((100.0, 1.25),))).problems
     assert "moves by up to" in problem
-    assert "only fixed tones" in problem
+    assert "Only fixed tones" in problem
 
 
 def test_a_tone_that_sweeps_is_refused_with_what_to_declare():

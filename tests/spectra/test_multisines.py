@@ -204,7 +204,7 @@ def test_periods_before_the_motion_repeats_are_counted():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"period": 2.001}, r"2.001 s is 1024.512 samples at 512 Hz, .*; write 2.00195312 s"),
+        ({"period": 2.001}, r"2.001 s is 1024.512 samples at 512 Hz, .*\. Write 2.00195312 s"),
         ({"period": 2.0, "periods": 20}, "1 realisations of 20 periods of 2 s need 40 s"),
         ({"period": 30.0}, "need 30 s, and the run has 16 s"),
         ({"period": 0.01}, "whole number from 8 on"),

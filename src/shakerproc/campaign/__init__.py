@@ -1,1 +1,1 @@
-"""Many runs: isolated, resumable, with a manifest of what was made from what."""
+"""Many runs: isolated, resumable, with a manifest of inputs and outputs."""

@@ -335,7 +335,7 @@ def _is_of_peaks(table: ResultTable) -> bool:
 
 
 def _column_of(table: ResultTable, column: str) -> str:
-    """Return the header under which a table holds what was asked for.
+    """Return the header of the column that holds a quantity.
 
     Raises
     ------
@@ -359,7 +359,7 @@ def _column_of(table: ResultTable, column: str) -> str:
 
 
 def _values(table: ResultTable, column: str, names: Sequence[str]) -> dict[Key, float | None]:
-    """Return the numbers of a column by what names them.
+    """Return the numbers of a column by the names of their rows.
 
     Raises
     ------
@@ -383,7 +383,7 @@ def _values(table: ResultTable, column: str, names: Sequence[str]) -> dict[Key, 
 
 
 def _is_meant(table: ResultTable, row: Mapping[str, str], column: str) -> bool:
-    """Return whether a row holds what is compared: in a table of peaks, not every one does."""
+    """Return whether a row holds the compared quantity: not all rows of a table of peaks do."""
     if not _is_of_peaks(table):
         return True
     tallest = row["rank"] == "1" and row.get("role", "response") == "response"

@@ -1,4 +1,4 @@
-"""Every test of a log through an executor: what stands is kept, what fails is named."""
+"""Every test of a log through an executor: finished tests are kept, failed ones named."""
 
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -263,7 +263,7 @@ def _known(
 
 
 def _changes(known: Manifest) -> str:
-    """Return what makes results of the same recordings stale, as a sentence part."""
+    """Return why results of unchanged recordings are stale, as a part of a sentence."""
     if known.version != __version__:
         return f"they are of shakerproc {known.version}, this is {__version__}"
     return "what the log or the options say of them has changed, or a file of results is gone"

@@ -144,7 +144,7 @@ class _Curve:
 
 
 def _curves(result: RunResult) -> Iterator[_Curve]:
-    """Yield the densities, then what stands against the controls, then over the forces."""
+    """Yield the densities, then functions over the controls, then over the forces."""
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
         yield _Curve(
@@ -208,7 +208,7 @@ def _end(result: RunResult, rows: Sequence[int]) -> End:
 
 
 def _entity(result: RunResult, rows: Sequence[int]) -> str:
-    """Return the name of a channel, as much as the format holds; of several, what they are."""
+    """Return the name of a channel, cut to the format's length; of several, their kind."""
     name = result.channels[rows[0]].name if len(rows) == 1 else "controls"
     return files.printable(name)[:10].strip() or "NONE"
 

@@ -1,4 +1,4 @@
-"""One test of a log as a job: what is read and written, here or where no folder is shared."""
+"""One test of a log as a job: its inputs and outputs, here or without a shared folder."""
 
 import base64
 import hashlib
@@ -136,7 +136,7 @@ def changed_since(job: Job, now: str) -> str:
 
 @contextmanager
 def at_hand(log: TestLog, source: str | None) -> Iterator[TestLog]:
-    """Yield a log whose recordings this machine sees; what was fetched goes with the block.
+    """Yield a log whose recordings this machine sees; fetched copies go with the block.
 
     Raises
     ------
@@ -197,7 +197,7 @@ class Order:
 
 
 def work_remotely(order: Order) -> Mapping[str, Any]:
-    """Work a test through in a temporary folder; return what was written, and its hashes.
+    """Process a test in a temporary folder; return the files written, and their hashes.
 
     Raises
     ------

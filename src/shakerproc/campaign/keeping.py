@@ -232,7 +232,7 @@ def _missing(runs: Path, judged: set[str]) -> dict[str, str]:
 
 
 def expired_notes(table: Path) -> list[str]:
-    """Return which tests used what had expired, as the table of runs beside a table says."""
+    """Return which tests used an expired calibration, as the table of runs says it."""
     runs = table.parent / "runs.csv"
     if not runs.is_file():
         return []

@@ -181,7 +181,7 @@ def check_owner(folder: Path, command: str) -> None:
 
 
 def settle(folder: Path, written: Iterable[Path], command: str = "batch") -> None:
-    """Note what was written into a folder now; what was only written before is removed."""
+    """Register the files written now; remove those that only an earlier run wrote."""
     known = read_manifest(folder)
     inside = [path.absolute() for path in written]
     names = {

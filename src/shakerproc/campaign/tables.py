@@ -168,7 +168,7 @@ def statistics_columns(runs: Sequence[RunSummary]) -> Columns:
 
 
 def run_columns(runs: Sequence[RunSummary]) -> Columns:
-    """Return one row for each test: what the log says, how it went, what was measured."""
+    """Return one row for each test: its line of the log, its status, its measurements."""
     return columns_of([
         {
             "test": run.test,

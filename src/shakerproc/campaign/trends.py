@@ -158,7 +158,7 @@ def chosen_channel(wanted: str, known: Sequence[str]) -> str:
 
 
 def column_of(name: str, known: Sequence[str]) -> str:
-    """Return the column that a name means: itself, or what ends in a unit besides.
+    """Return the column of a name, with or without the unit at its end.
 
     Raises
     ------

@@ -102,7 +102,7 @@ def _run(written: "list[Path]") -> None:
 
 
 def _stopped(error: BaseException | None, written: "list[Path]") -> str:
-    """Return that the user stopped the program, and what is left of its work."""
+    """Return the message of an interrupted program: the finished part of its work."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     left = [path for path in written if path.exists()]
@@ -112,7 +112,7 @@ def _stopped(error: BaseException | None, written: "list[Path]") -> str:
 
 
 def _fill_closed_streams() -> None:
-    """Let what is printed to a stream that the caller closed vanish.
+    """Replace a stream that the caller closed by one that discards its text.
 
     Its number would go to the next file that is opened, which others would then print into.
     """

@@ -1,4 +1,4 @@
-"""Terminal output of a batch and of a modal analysis: progress, and what came of it."""
+"""Terminal output of a batch and of a modal analysis: progress and results."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -75,7 +75,7 @@ def tell_outdated(count: int, why: str) -> None:
 def tell(
     campaign: CampaignResult, document: dict[str, Any], root: Path, json_target: str | None
 ) -> None:
-    """Say on the terminal what came of a batch."""
+    """Print the results of a batch."""
     channel = document["trend_channel"]
     rows = [_row(run, channel) for run in campaign.runs if run.status != "discarded"]
     output.print_table(
@@ -143,7 +143,7 @@ def write_folder(
     *,
     figures: bool,
 ) -> None:
-    """Write what a modal analysis leaves, into a folder that is marked as its results."""
+    """Write the results of a modal analysis into a folder that is marked as such."""
     with output.results(folder, "modal"):
         write_modes(folder, analysis, document, logs, command=output.command(), figures=figures)
 

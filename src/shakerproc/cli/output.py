@@ -187,7 +187,7 @@ def message(text: str) -> None:
 
 
 def warning(text: str) -> None:
-    """Say what may be wrong, on stderr."""
+    """Print a warning on stderr."""
     message(f"warning: {text}")
 
 
@@ -199,7 +199,7 @@ class Once:
         self._said: set[str] = set()
 
     def warning(self, text: str) -> None:
-        """Say what may be wrong, on stderr."""
+        """Print a warning on stderr."""
         if text not in self._said:
             self._said.add(text)
             warning(text)
@@ -357,7 +357,7 @@ def _drawn_on(console: "Console") -> Iterator[None]:
 
 
 def tell_faults(recording: "Recording", role: str | None, start: float, stop: float) -> None:
-    """Say what the health checks find of channels of a role, from `start` to `stop` [s]."""
+    """Print the faults in channels of a role, from `start` to `stop` [s]."""
     from shakerproc.recordings import health, within
 
     driving = {"", *(c.name for c in recording.channels if c.role == role)}

@@ -162,7 +162,7 @@ def wrapped(text: str, width: int) -> list[str]:
 
 
 def _pieces(line: str, width: int) -> list[str]:
-    """Return the words of a line, those that are too long for it in parts."""
+    """Return the words of a line, split where they are longer than it."""
     if _length(line) <= width:
         return [line]
     pieces = []

@@ -290,7 +290,7 @@ def read_document(path: Path, schema: type[T]) -> Document[T]:
 
 
 def _refuse_other_kind(path: Path, values: object, schema: type[BaseModel]) -> None:
-    """Pass what may be the kind of file that is wanted.
+    """Raise where a file is surely of another kind.
 
     Raises
     ------

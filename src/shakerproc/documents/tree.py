@@ -82,7 +82,7 @@ Position: TypeAlias = tuple[int, int]
 
 
 def advice_on(error: yaml.MarkedYAMLError, text: str) -> tuple[int, int, str]:
-    """Return line and column from 1, and what is wrong there in the user's words."""
+    """Return line and column from 1, and the fault there in the user's words."""
     problem = error.problem or "cannot be read"
     mark = error.problem_mark or error.context_mark
     line, column = _from_one(mark)

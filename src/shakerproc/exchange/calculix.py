@@ -1,4 +1,4 @@
-"""Modes of CalculiX: its result file (.frd), and what it prints (.dat).
+"""Modes of CalculiX: its result file (.frd) and its printed output (.dat).
 
 Shapes are for a unit mass, in the units of the input file, which neither states.
 """
@@ -56,8 +56,8 @@ class CalculixModes:
 
 @final
 @dataclass(frozen=True, slots=True)
-class _File:
-    """A result file, and what is wrong with it."""
+class _ResultFile:
+    """A result file, and the message of its fault."""
 
     path: Path
     content: bytes
@@ -98,7 +98,7 @@ def read_frd(path: Path) -> CalculixModes:
     ExchangeError
         If it holds none, is damaged or cut off; the line is named.
     """
-    file = _File(path, _content(path))
+    file = _ResultFile(path, _content(path))
     found, steps = list(_shapes(file)), set(_steps(file))
     if file.content.rstrip().rpartition(b"\n")[2].strip() != _END:
         raise file.error(
@@ -161,7 +161,7 @@ def _content(path: Path) -> bytes:
         raise ExchangeError(f"{path.name}: cannot be read: {error.strerror}") from error
 
 
-def _shapes(file: _File) -> Iterator[tuple[float, FloatArray, FloatArray]]:
+def _shapes(file: _ResultFile) -> Iterator[tuple[float, FloatArray, FloatArray]]:
     """Yield frequency [Hz], nodes and shape of each mode.
 
     Raises
@@ -186,7 +186,7 @@ def _shapes(file: _File) -> Iterator[tuple[float, FloatArray, FloatArray]]:
             yield (frequency, *file.block(match.start(), count))
 
 
-def _steps(file: _File) -> Iterator[bytes]:
+def _steps(file: _ResultFile) -> Iterator[bytes]:
     """Yield the number of the step of each mode."""
     step = b""
     for match in _HEAD.finditer(file.content):
@@ -196,7 +196,7 @@ def _steps(file: _File) -> Iterator[bytes]:
             yield step
 
 
-def _positions(file: _File) -> dict[int, tuple[float, float, float]]:
+def _positions(file: _ResultFile) -> dict[int, tuple[float, float, float]]:
     """Return where the nodes are [unit of length of the file]."""
     for match in _HEAD.finditer(file.content):
         if match[0].startswith(b"    2C"):

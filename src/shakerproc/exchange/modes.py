@@ -136,7 +136,7 @@ class _Nodes:
 
 
 def write_mode_file(path: Path, table: ModeTable, title: str) -> tuple[str, ...]:
-    """Write modes by the ending of a file; return what it does not hold, a sentence each.
+    """Write modes by the ending of a file; return its omissions, a sentence each.
 
     `table` is in SI, and so is the file.
 
@@ -302,7 +302,7 @@ def _along_z_text(parts: Sequence[tuple[str, str]]) -> tuple[str, ...]:
 
 
 def _without(lost: Sequence[str]) -> tuple[str, ...]:
-    """Return the sentence on what a format does not hold."""
+    """Return the sentence on quantities that a format cannot hold."""
     return (f"the format does not hold {', '.join(lost)}",) if lost else ()
 
 

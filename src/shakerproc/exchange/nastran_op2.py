@@ -159,7 +159,7 @@ def _blocks(path: Path, file: BinaryIO, order: str) -> Iterator[tuple[int, bytes
 
 
 def _key(path: Path, walk: Iterator[tuple[int, bytes]], order: str) -> int:
-    """Return a key: how many words follow, or what has ended.
+    """Return a key: the number of words that follow, or the end of a record or table.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def _key(path: Path, walk: Iterator[tuple[int, bytes]], order: str) -> int:
 
 
 def _pairs(path: Path, records: list[Record]) -> Iterator[tuple[bytes, bytes]]:
-    """Yield what says what follows, and the entries, of each record pair of a table.
+    """Yield the identification and the entries of each record pair of a table.
 
     Raises
     ------

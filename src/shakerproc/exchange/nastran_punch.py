@@ -224,7 +224,7 @@ def _table(path: Path, quantity: str, rows: _Gathered) -> PunchTable:
     if at.size != names.size * steps.size:
         raise ExchangeError(
             f"{path.name}: {quantity} of {names.size} points at {steps.size} steps should be "
-            f"{names.size * steps.size} results, the file holds {at.size}: it is cut off, or "
+            f"{names.size * steps.size} results, the file holds {at.size}. It is cut off, or "
             f"holds several subcases; punch one subcase whole"
         )
     flat = np.array(rows.values).reshape(at.size, -1)

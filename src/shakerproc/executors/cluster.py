@@ -61,7 +61,7 @@ def versions() -> dict[str, str]:
 
 
 class _WorkerChild(threading.local):
-    """The child process of this thread of the worker, and what it was told to do."""
+    """The child process of this thread of the worker, and its orders."""
 
     child: Child | None = None
     orders: bytes = b""
@@ -116,7 +116,7 @@ def _done(name: str, orders: bytes, argument: bytes, limits: Limits) -> TaskOutc
 
 
 def _child(orders: bytes, limits: Limits) -> Child:
-    """Return the process of this thread, told what to do; a new one where there is none."""
+    """Return the process of this thread, with its orders; a new one where there is none."""
     kept = _KEPT.child
     usable = kept is not None and not kept.ended and kept.alive
     if kept is None or not usable or _KEPT.limits != limits:
@@ -181,7 +181,7 @@ class ClusterExecutor(AbstractExecutor):
 
 @contextmanager
 def _client(address: str) -> Iterator["Client"]:
-    """Yield a connection to the scheduler; what is not done at the end is called off.
+    """Yield a connection to the scheduler; unfinished tasks are cancelled at the end.
 
     Raises
     ------

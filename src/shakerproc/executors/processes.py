@@ -1,4 +1,4 @@
-"""Processes of this machine, each with one task at a time, what each does; and its threads."""
+"""Processes of this machine with one task at a time, and their threads."""
 
 import contextlib
 import json
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def serve(connection: Connection, memory_limit: int) -> None:
-    """Do what is ordered with each argument that comes, until the pipe closes."""
+    """Run the ordered function with each argument that arrives, until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     work: Callable[[Any], object] = _nothing
@@ -72,7 +72,7 @@ def _nothing(_: object) -> dict[str, object]:
 
 
 def _ordered(content: bytes) -> Callable[[Any], object]:
-    """Return the work that is ordered, all made ready for it; or what says why it cannot be."""
+    """Return the ordered function, all made ready for it; or the message why it cannot be."""
     try:
         work, prepare = pickle.loads(content)  # noqa: S301 - from our parent, by its own pipe
         if prepare is not None:
@@ -230,7 +230,7 @@ def packed_task(argument: object) -> bytes:
 
 @final
 class Child:
-    """One process and what it is doing.
+    """One process and its task.
 
     Attributes
     ----------
@@ -257,7 +257,7 @@ class Child:
         return self.process.poll() is None
 
     def order(self, orders: bytes) -> None:
-        """Tell it what to do with the arguments that come from now on."""
+        """Send it the pickled function that takes the arguments to come."""
         self._ready = False
         self._send(orders)
 

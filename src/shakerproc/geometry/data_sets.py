@@ -37,7 +37,7 @@ _GREEN: Final = 8
 
 
 class UffError(Exception):
-    """A universal file is not what it says.
+    """A universal file contradicts its format.
 
     Attributes
     ----------
@@ -234,7 +234,7 @@ def text_line(content: str) -> str:
 
 
 def header(title: str, description: str, program: str) -> str:
-    """Return data sets 151 and 164: what the file is, and that its units are metre and newton.
+    """Return data sets 151 and 164: the header, and metre and newton as units.
 
     The dates stay open, so that the same results give the same file.
     """
@@ -343,7 +343,7 @@ def normal_mode(one: NormalMode, title: str) -> str:
 
 
 def _nodal(nodes: Sequence[int], rows: FloatArray) -> Iterator[str]:
-    """Yield two lines for each node: its number, and what belongs to it."""
+    """Yield two lines for each node: its number, and its values."""
     for node, row in zip(nodes, rows.tolist(), strict=True):
         yield f"{node:10d}"
         yield "".join(f"{value:13.5E}" for value in row)

@@ -104,7 +104,7 @@ def read_wireframe(content: bytes) -> Wireframe:
 def wireframe_of(
     content: bytes, found: Sequence[UffDataSet], units: Units
 ) -> tuple[Wireframe, list[str]]:
-    """Return nodes [m], lines and surfaces of a universal file, and what was left out.
+    """Return nodes [m], lines and surfaces of a universal file, and notes on the rest.
 
     The wireframe is empty where the file holds none; lines and elements with a node without
     coordinates are left out.

@@ -293,7 +293,7 @@ class Reciprocal:
         if self.correlation < ALIKE:
             return (
                 f"{first} and {second} should be reciprocal, but correlate by "
-                f"{self.correlation:.2f} only: places or directions in the log are wrong, the "
+                f"{self.correlation:.2f} only. Places or directions in the log are wrong, the "
                 "structure is not linear, or a sensor that was moved shifts its resonances"
             )
         if abs(self.ratio - 1.0) > LEVEL:

@@ -135,7 +135,7 @@ def remarks_of(
         found += _unmeasured(sensors, positions, wireframe)
     found += [
         f"modes at {first:.5g} and {second:.5g} Hz have one shape and lie within their widths: "
-        "a resonance that a nonlinearity bends looks like two; compare levels, or say how many "
+        "a resonance that a nonlinearity bends looks like two. Compare levels, or say how many "
         f"there are (modal: {{modes: {modes.poles.size - 1}}})"
         for first, second in twins_of(modes)
     ]
@@ -148,7 +148,7 @@ def remarks_of(
             )
     if not modes.poles.size:
         found.append(
-            "no pole stays over the orders: no mode found; look at the coherence, widen the "
+            "no pole stays over the orders: no mode found. Look at the coherence, widen the "
             "band, take a longer record, or name poles under modal: {keep: [...]}"
         )
     return found

@@ -234,7 +234,7 @@ def identify_output_only(
 def _modes(
     parts: FloatArray, n_rows: int, interval: float, scale: FloatArray, settings: Settings
 ) -> tuple[Diagram, _FoundModes, list[str]]:
-    """Return the diagram, what is taken for modes, and which wishes are not met."""
+    """Return the diagram, the modes that were selected, and the unmet wishes."""
     n = parts.shape[-1]
     whole = _subspace(parts.sum(axis=0), n_rows, interval)
     highest = min(settings.order, (n_rows - 1) * n)
@@ -262,7 +262,7 @@ def _modes(
 def _chosen(
     diagram: Diagram, n_orders: int, settings: Settings
 ) -> tuple[ComplexArray, ComplexArray, NDArray[np.bool_], list[str]]:
-    """Return poles, shapes, which of them the user wants kept, and what is not there."""
+    """Return poles, shapes, which of them the user wants kept, and which are missing."""
     poles, shapes, counts = candidates(diagram)
     real = counts >= max(3, n_orders // KEPT_ORDERS)
     real &= damping_of(poles) < MOST_DAMPING

@@ -79,13 +79,13 @@ class Struck:
 
     @property
     def notes(self) -> Iterator[str]:
-        """Which blows went in, and how the fit takes what is cut off."""
+        """Notes on the blows used, and on how the fit takes a truncated decay into account."""
         yield self.kept
         rate = self.cross.decay_rate
         if self.left > RINGS:
             yield (
-                f"{self.left:.0%} of a response is left at the end of the blocks: the fit "
-                "allows for it, and for what rings of earlier blows; the measured functions "
+                f"{self.left:.0%} of a response is left at the end of the blocks. The fit "
+                "allows for it, and for the ringing of earlier blows; the measured functions "
                 "that are drawn do not"
             )
         if rate:

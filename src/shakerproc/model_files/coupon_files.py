@@ -294,11 +294,11 @@ def _fit(
 
 
 OUT_OF_PLANE = """\
-Out of plane. A table that moves evenly drives only modes without nodal diameters; those with
+Out of plane. A table that moves evenly drives only modes without nodal diameters. Those with
 diameters (such as the lowest) answer rocking and uneven sensors, and are not in this model.
-Each mass is the effective mass of one mode, and together they carry {share:.0%} of the
+Each mass is the effective mass of one mode. Together they carry {share:.0%} of the
 {moving:.4g} g outside the clamp; the rest follows the table.
-A sensor at radius {radius:.3g} mm sees what the mass "coupon" does; at the rim the motion
+A sensor at radius {radius:.3g} mm measures the mass "coupon". At the rim the motion
 relative to the table is {rim:.4g} times as large."""
 IN_PLANE = """\
 In plane. The whole coupon moves on the stiffness of its hole on the bushing, without play.

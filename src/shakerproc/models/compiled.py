@@ -26,7 +26,7 @@ class _NoEnvironment:
 
 
 @final
-class _Part(JITCodeLibrary):
+class _LibraryPart(JITCodeLibrary):
     """A function as part of others, neither optimised as a whole nor made machine code.
 
     Numba does both with each function and all that it calls, and again in each that calls it:
@@ -68,7 +68,7 @@ class _PartCompiler(CompilerBase):
     def define_pipelines(self) -> list[object]:
         """Return the steps of numba that parts need; they fill the library that they find."""
         state = self.state
-        library: Any = _Part
+        library: Any = _LibraryPart
         manager: Any = PassManager
         state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
         steps = manager("part")

@@ -113,7 +113,7 @@ def _bouc_wen_step(
 def _bouc_wen_slope(
     memory: float, way: float, exponent: float, loading: float, unloading: float
 ) -> float:
-    """Return the growth of memory with displacement: 1 less what yields."""
+    """Return the growth of memory with displacement: 1 less the yielded share."""
     share = loading if memory * way > 0.0 else unloading
     if share == 0.0:
         return 1.0
@@ -165,7 +165,7 @@ def _stays_closed(before: float, after: float, values: FloatArray) -> bool:
 
 @inner
 def _ramp(x: float) -> float:
-    r"""Return what a velocity that rises evenly about its mean adds to a relaxing extension.
+    r"""Return the part of a relaxing extension that a velocity ramp about its mean adds.
 
     .. math:: \int_0^1 e^{-x (1 - s)} (s - \tfrac12) \, ds
         = \frac{1 + e^{-x}}{2 x} - \frac{1 - e^{-x}}{x^2}
@@ -270,6 +270,6 @@ def attached_along(
 def _one_on(
     row: FloatArray, x: float, v: float, z: float, w: float, next_z: float, next_w: float
 ) -> float:
-    """Return a row times what is known at the start of a sample and of its place at the end."""
+    """Return a row times the state at the start of a sample and the place at its end."""
     own = row[0] * x + row[1] * v
     return own + row[2] * z + row[3] * w + row[4] * next_z + row[5] * next_w

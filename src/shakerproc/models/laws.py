@@ -1,4 +1,4 @@
-"""The force laws that the compiled kernels know: what every effect is written in."""
+"""The force laws that the compiled kernels know: every effect is written in them."""
 
 import math
 from collections.abc import Sequence
@@ -66,7 +66,7 @@ _LEAST_LIMIT: Final = 1e-300
 
 
 def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | None:
-    """Return the size of the state of a law and what it cannot exceed; None without a state.
+    """Return the size of the state of a law and its upper bound; None without a state.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A model: masses, the elements between them, what shakes it and what is measured."""
+"""A model: masses, the elements between them, its excitation and its sensors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -240,12 +240,12 @@ class Structure:
 
     @cached_property
     def shapes(self) -> FloatArray:
-        """Mass-normalised shapes of what is carried, (n_points, n) array [1/sqrt(kg)]."""
+        """Mass-normalised shapes of the attached bodies, (n_points, n) array [1/sqrt(kg)]."""
         return np.array([mode.shape for mode in self.with_residuals], float).T
 
     @cached_property
     def sizes(self) -> FloatArray:
-        """Coordinates of what is carried by modal displacements, (n,) array [1/sqrt(kg)].
+        """Coordinates of the attached bodies by modal displacements, (n,) array [1/sqrt(kg)].
 
         So many times the largest displacement of a point as there are modes: a length, as the
         coordinates of masses are, and no point moves further than the largest of them.
@@ -267,7 +267,7 @@ class Structure:
 
     @cached_property
     def participations(self) -> FloatArray:
-        r"""Participation of what is carried in a base acceleration, (n,) array [sqrt(kg)].
+        r"""Participation of the attached bodies in a base acceleration, (n,) array [sqrt(kg)].
 
         As stated; else, of rigid-body modes, that in which all points move as the base does.
 

@@ -64,7 +64,7 @@ def check_sampled(model: "Model", sample_rate: float) -> None:
 
 
 def check_unscaled(model: "Model", doing: str) -> None:
-    """Pass a model that is the same whatever the conditions of a test are.
+    """Raise where the model depends on the conditions of a test.
 
     Parameters
     ----------

@@ -231,15 +231,14 @@ def length_of_run(test: Test, quiet: float, otherwise: float) -> float:
         if swept + quiet > expected * (1.0 + test.expect.duration_tolerance):
             raise LogError(
                 f"{test.source}: test {test.id}: the log expects {expected:.5g} s, but the "
-                f"sweep takes {swept:.5g} s and the rest before and after {quiet:.5g} s; "
-                f"correct expect or rate, or ask for less rest"
+                f"sweep takes {swept:.5g} s and the rest before and after {quiet:.5g} s. "
+                f"Correct expect or rate, or ask for less rest"
             )
         return swept
     if expected <= quiet:
         raise LogError(
-            f"{test.source}: test {test.id}: the log expects {expected:.5g} s, which the rest "
-            f"before and after ({quiet:.5g} s) leaves nothing of; correct expect, or ask for "
-            f"less rest"
+            f"{test.source}: test {test.id}: the log expects {expected:.5g} s, but the rest "
+            f"before and after takes {quiet:.5g} s. Correct expect, or ask for less rest"
         )
     return expected - quiet
 

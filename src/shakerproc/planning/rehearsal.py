@@ -191,7 +191,7 @@ def _simulated_quantity(
     wanted = f"sensors: {{{name}: {{at: {model.moving[0]}, measures: acceleration}}}}"
     raise LogError(
         f"{test.source}: test {test.id}: the model does not say what channel {name!r} (role "
-        f"{use.role}{f', at {use.at}' if use.at else ''}) measures; add it to the model, such "
+        f"{use.role}{f', at {use.at}' if use.at else ''}) measures. Add it to the model, such "
         f"as {wanted}, or give the channel role: ignore"
     )
 

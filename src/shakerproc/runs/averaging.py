@@ -178,7 +178,7 @@ def _force(recording: Recording) -> int:
     there = ", ".join(f"{channel.name} ({channel.role})" for channel in channels)
     raise SpectrumError(
         "a hammer test needs one channel with the role force, the hammer, others that "
-        f"respond, and no control; there are {there}; correct the roles under channels: in "
+        f"respond, and no control. There are {there}; correct the roles under channels: in "
         "the log"
     )
 
@@ -202,7 +202,7 @@ def _windowed(
     pulses: list[FloatArray],
     quiet: list[FloatArray],
 ) -> Iterator[FloatArray]:
-    """Yield blocks windowed; note what lies before each blow, and its force as it is used."""
+    """Yield blocks windowed; note the samples before each blow, and its force as used."""
     around = 3 * setup.cut.before + PULSE
     for raw in blocks:
         quiet.append(raw[:, : setup.cut.quiet].copy())
@@ -214,7 +214,7 @@ def _windowed(
 def _no_blow_reason(
     recording: Recording, crop: Crop, setup: Setup, blows: Sequence[Blow]
 ) -> str:
-    """Return why no blow can be used, and what may help."""
+    """Return why no blow can be used, and a remedy."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
     told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
     return (
@@ -325,7 +325,7 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
         low, high = wanted or (low, high)
         raise SpectrumError(
             f"the {told} from {low:g} to {high:g} Hz does not lie below half the sample rate "
-            f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz; correct its from and to in the log"
+            f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz. Correct its from and to in the log"
         )
     return low, high
 

@@ -148,7 +148,7 @@ def unknown(group: Group, why: str) -> Contribution:
 @final
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """A reported number with what it is uncertain by.
+    """A reported number with its contributions to uncertainty.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ class Budget:
     lines: tuple[Contribution, ...]
 
     def standard(self, group: Group | None = None) -> float | None:
-        r"""Return the standard uncertainty, of what is known of a group or of all [any unit].
+        r"""Return the standard uncertainty of a group of contributions, or of all [any unit].
 
         .. math:: u = \sqrt{\sum_i u_i^2}
 
@@ -191,7 +191,7 @@ class Budget:
 
     @property
     def expanded(self) -> float:
-        """Expanded uncertainty of what is known [any unit]."""
+        """Expanded uncertainty of the known contributions [any unit]."""
         return COVERAGE * (self.standard() or 0.0)
 
     @property

@@ -47,12 +47,12 @@ class ControlDrop:
 
 
 def drop_sentence(drop: ControlDrop, result: RunResult) -> str:
-    """Return a drop in words, and what to do."""
+    """Return a drop in words, with advice."""
     name, at = result.channels[drop.channel].name, numeral(drop.frequency, 4)
     return (
-        f"the control drops by {-drop.decibels:.1f} dB at {at} Hz, a resonance of {name}: the "
+        f"the control drops by {-drop.decibels:.1f} dB at {at} Hz, a resonance of {name}. The "
         f"specimen pulls at the shaker there, and the controller does not make up for it. The "
-        f"level of the log is not that at this resonance; control finer and slower there, or "
+        f"level at this resonance is not that of the log. Control finer and slower there, or "
         f"state a notch that is meant in the profile"
     )
 
@@ -229,7 +229,7 @@ def expired(test: Test, start: datetime | None) -> list[RunFlag]:
 
 
 def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
-    """Return all that is odd: what is wrong with the samples first, then with the test."""
+    """Return all flags: those of the samples first, then those of the test."""
     start, stop = (at / result.sample_rate for at in (result.crop.start, result.crop.stop))
     found_in_samples = health(recording)
     lost = unusable(found_in_samples, start, stop)
@@ -312,7 +312,7 @@ def _controls(result: RunResult) -> RunFlag | None:
 
 
 def _level(result: RunResult) -> RunFlag | None:
-    """Return whether the table did what the log demands."""
+    """Return whether the table kept the level of the log."""
     message = levels.mismatch(result.test, result.measured_level)
     return RunFlag("level", "", message) if message else None
 

@@ -303,7 +303,7 @@ def _by_stamps(main: Recording, other: Recording) -> float:
 def _clock(
     main: Recording, other: Recording, common: tuple[str | int, str | int]
 ) -> tuple[RecorderClock, str]:
-    """Return the clock of a recorder against that of another, and what was found.
+    """Return the clock of a recorder against that of another, and the notes on it.
 
     Raises
     ------

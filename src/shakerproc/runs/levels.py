@@ -39,7 +39,7 @@ def rounded_within(value: float, limit: float, decimals: int = 1, *, sign: bool 
 
 
 def control_text(seen: ControlSummary, where: str) -> str:
-    """Return how far a control kept to what is demanded along its band or its sweep.
+    """Return how far a control kept to its demand along its band or its sweep.
 
     Parameters
     ----------

@@ -340,7 +340,7 @@ def _driving(result: RunResult) -> tuple[int, ...]:
 
 
 def _against(result: RunResult, force: int) -> list[ChannelPair]:
-    """Return every response over a force, without what the other forces cause."""
+    """Return every response over a force, without the parts of the other forces."""
     if _dependence(result, force):
         return []
     forces, name = forces_of(result.channels), result.channels[force].name
@@ -374,7 +374,7 @@ def _dependence(result: RunResult, force: int) -> str:
         return ""
     names = ", ".join(result.channels[i].name for i in driving if i != force)
     return (
-        f"it moves as one with {names}, so that what each causes cannot be told apart; drive "
+        f"it moves as one with {names}, so that what each causes cannot be told apart. Drive "
         "the forces with independent signals, or one at a time"
     )
 

@@ -44,7 +44,7 @@ MEDIAN_OF: Final = 2**17
 
 
 def _wanted_crop(test: Test) -> TimeCrop | ThresholdCrop | None:
-    """Return how the log crops a test: what dies away is below any threshold, and whole."""
+    """Return how the log crops a test: a decay is never cropped by a threshold."""
     crop = test.processing.crop
     return None if test.rings and isinstance(crop, ThresholdCrop) else crop
 
@@ -383,7 +383,7 @@ def _why_not(
 
 
 def _with_averages_note(result: RunResult) -> RunResult:
-    """Return a result with a note of what one average cannot tell."""
+    """Return a result with a note on the limits of one average."""
     cross, n_samples = result.spectra, result.crop.stop - result.crop.start
     if cross.effective_averages > 1.0 or result.test.rings or result.blows is not None:
         return result
@@ -407,12 +407,12 @@ def _why_no_response(channels: Sequence[Channel], controls: Sequence[int]) -> st
         )
     if lone_force(channels) is not None:
         return (
-            f"No channel has the role control: the response functions are those against the "
-            f"force {forces[0]}, where it moves; spectra and peaks are those of each channel "
+            f"No channel has the role control. The response functions are those against the "
+            f"force {forces[0]}, where it moves. Spectra and peaks are those of each channel "
             "alone."
         )
     return (
-        "No channel has the role control: the response functions are those against each of the "
-        f"forces {', '.join(forces)}, where it moves, without what the others cause; spectra "
+        "No channel has the role control. The response functions are those against each of the "
+        f"forces {', '.join(forces)}, where it moves, without what the others cause. Spectra "
         "and peaks are those of each channel alone."
     )

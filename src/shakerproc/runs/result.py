@@ -73,7 +73,7 @@ class RunFlag:
 @final
 @dataclass(frozen=True, slots=True)
 class ResonancePeak:
-    """A peak with what can be read from it.
+    """A peak with the quantities read from it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""From the arrays of a run to what is kept of it: numbers and curves in the units shown."""
+"""From the arrays of a run to its summary: numbers and curves in the units shown."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence

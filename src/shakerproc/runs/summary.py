@@ -277,7 +277,7 @@ class SurfaceSummary:
 
 @dataclass(frozen=True, slots=True)
 class SpectrumSummary:
-    """How the spectra of a run were made and what they are worth.
+    """How the spectra of a run were made, and their random error.
 
     Attributes
     ----------
@@ -310,7 +310,7 @@ class SpectrumSummary:
 
 @dataclass(frozen=True, slots=True)
 class ControlSummary:
-    """How well the mean control kept to what is demanded: its density, or along a sweep.
+    """How well the mean control kept to its demand: a density, or a level along a sweep.
 
     Attributes
     ----------
@@ -384,7 +384,7 @@ class AnalysisSummary:
 
 @dataclass(frozen=True, slots=True)
 class RunSummary:
-    """One test of the log and what came of it.
+    """One test of the log and its result.
 
     Attributes
     ----------

@@ -411,7 +411,7 @@ SWEPT_COLUMNS: Final = (
 
 
 def swept_rows(run: RunSummary) -> list[tuple[object, ...]]:
-    """Return the tallest point of each swept response, and what a slow sweep would show."""
+    """Return the tallest point of each swept response, and the correction of a slow sweep."""
     return [
         (
             channel.name,
@@ -436,7 +436,7 @@ def steady_withheld(run: RunSummary) -> str:
         if peak.steady_gain is None
     ]
     return (
-        f"steady gain withheld ({', '.join(of)}): no linear mode fits; the joint is nonlinear, "
+        f"steady gain withheld ({', '.join(of)}): no linear mode fits. The joint is nonlinear, "
         "or the sweep is too fast and the gain that it shows too low: sweep slower to tell"
         if of
         else ""

@@ -224,21 +224,22 @@ def _burg(samples: FloatArray, order: int) -> FloatArray:
     ----------
     .. [1] J. P. Burg, "Maximum entropy spectral analysis", PhD thesis, Stanford, 1975.
     """
-    weights = np.ones((len(samples), 1))
+    weights = np.zeros((len(samples), order + 1))
+    weights[:, 0] = 1.0
     sizes = np.max(np.abs(samples), axis=1, keepdims=True)
     samples = samples / np.where(sizes > 0.0, sizes, 1.0)
     forward, backward = samples[:, 1:], samples[:, :-1]
     rounding = 1e-30 * np.sum(samples**2, axis=1)
-    for _ in range(order):
+    for reached in range(1, order + 1):
         energy = np.sum(forward**2 + backward**2, axis=1)
         known = energy > rounding
         together = np.sum(forward * backward, axis=1)
         reflection = np.where(known, -2.0 * together / np.where(known, energy, 1.0), 0.0)
-        longer = np.pad(weights, ((0, 0), (0, 1)))
-        weights = longer + reflection[:, None] * longer[:, ::-1]
+        longer = weights[:, : reached + 1]
+        weights[:, : reached + 1] = longer + reflection[:, None] * longer[:, ::-1]
         forward, backward = (
-            (forward + reflection[:, None] * backward)[:, 1:],
-            (backward + reflection[:, None] * forward)[:, :-1],
+            forward[:, 1:] + reflection[:, None] * backward[:, 1:],
+            backward[:, :-1] + reflection[:, None] * forward[:, :-1],
         )
     return weights
 

@@ -95,7 +95,7 @@ def find_strikes(
     if largest <= LOUD * noise:
         raise SpectrumError(
             f"no blow found: the largest force, {numeral(largest, 4)} N, does not stand out of "
-            f"its noise of {numeral(noise)} N rms; is the role force at the hammer, and its "
+            f"its noise of {numeral(noise)} N rms. Is the role force at the hammer, and its "
             "unit right?"
         )
     level = max(share * largest, LOUD * noise) if trigger is None else trigger
@@ -103,7 +103,7 @@ def find_strikes(
         raise SpectrumError(
             f"the trigger of {numeral(level, 4)} N lies within the noise of the force, "
             f"{numeral(noise)} N "
-            "rms, and would list noise as blows; give processing: {hammer: {trigger: "
+            "rms, and would list noise as blows. Give processing: {hammer: {trigger: "
             f"{rounded_up(LOUD * noise)} N}}}} or more, or leave it out for a tenth of the "
             "largest force"
         )
@@ -111,7 +111,7 @@ def find_strikes(
     if not above.any():
         raise SpectrumError(
             f"no blow found: the force never reaches the trigger of {numeral(level, 4)} N, its "
-            f"largest value is {numeral(largest, 4)} N; lower processing: {{hammer: {{trigger: "
+            f"largest value is {numeral(largest, 4)} N. Lower processing: {{hammer: {{trigger: "
             f"{numeral(0.1 * largest, 2)} N}}}}, or leave it out for a tenth of the largest"
         )
     rising = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))

@@ -386,7 +386,7 @@ def _options(document: Document[StudySection]) -> tuple[tuple[str, float], ...]:
 
 
 def _check_needs(document: Document[StudySection], study: Study) -> None:
-    """Pass a study that has what its kind needs.
+    """Raise where a study lacks a need of its kind.
 
     Raises
     ------

@@ -94,7 +94,7 @@ class Checked:
         return 0 < self.of == self.passed
 
     def __str__(self) -> str:
-        """Return the quantity, its values, what was wanted and how often it came true."""
+        """Return the quantity, its values, the expectation and how often it was met."""
         often = f", so in {self.passed} of {self.of}" if 0 < self.passed < self.of else ""
         return f"{self.quantity} {self.found} (wanted: {self.wanted}{often})"
 

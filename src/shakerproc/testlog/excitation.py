@@ -190,8 +190,8 @@ def _examples(excitation: Excitation | None) -> str:
         )
     if excitation is None:
         return (
-            "a level: an amplitude such as 0.5 g or 20 N, a density such as 0.0002 g^2/Hz or "
-            "an rms value such as 0.45 g rms"
+            "a level: an amplitude (0.5 g, 20 N), a density (0.0002 g^2/Hz) or an rms value "
+            "(0.45 g rms)"
         )
     return f"the level of a {excitation} test as an amplitude, such as 0.5 g or 20 N"
 

@@ -1,4 +1,4 @@
-"""The values of a test log: texts, quantities, files below its folder; what is refused of each.
+"""The values of a test log: texts, quantities, files below its folder; their refusals.
 
 Quantities are written with their unit and held in SI.
 """
@@ -147,7 +147,7 @@ def _direction(written: object) -> tuple[float, ...]:
 
 
 def as_text(written: object) -> object:
-    """Return a number as text: what lacks its unit is told of by those who know which."""
+    """Return a number as text: a missing unit is reported by the caller."""
     return str(written) if type(written) in {int, float} else written
 
 
@@ -192,7 +192,7 @@ def relative_path(text: str) -> str:
 
 @final
 class Below:
-    """A folder, and what lies below it; remembers which of its folders were looked at."""
+    """A folder and its content; remembers which of its folders were looked at."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.absolute()

@@ -1,4 +1,4 @@
-"""One line of the log sheet: a test, in SI, and what its recording must be."""
+"""One line of the log sheet: a test, in SI, and the requirements on its recording."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -307,7 +307,7 @@ class Test:
 
 
 def check_expectation(test: Test, recording: Recording) -> None:
-    """Pass a recording that is what the log says.
+    """Raise where a recording contradicts the log.
 
     Raises
     ------

@@ -82,7 +82,7 @@ CONDITION: Final = "condition"
 
 
 class _Reader:
-    """Builds the tests of one log, and remembers what they must not share."""
+    """Builds the tests of one log; `Sharing` refuses ids and recordings that stand twice."""
 
     def __init__(self, document: Document[LogSection]) -> None:
         section = document.value
@@ -342,7 +342,7 @@ def _tag(value: Tag) -> Tag:
 
 @final
 class _At:
-    """Gives what is raised inside its place in the file."""
+    """Adds the place in the file to errors raised inside it."""
 
     __slots__ = ("document", "place")
 

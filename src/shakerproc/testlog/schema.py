@@ -1,4 +1,4 @@
-"""The keys of a test log: what may stand where, and what each means.
+"""The keys of a test log: where each may stand, and its meaning.
 
 Levels stay text until the kind of excitation is known. Whatever is not listed here is refused;
 further columns go under `tags`.

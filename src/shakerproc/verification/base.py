@@ -38,7 +38,7 @@ class ClaimFinding:
 
     @property
     def held(self) -> Verdict:
-        """Whether the statement held: what the checks come to."""
+        """Whether the statement held, by its checks."""
         return verdict_of(self.checks)
 
 

@@ -58,7 +58,7 @@ def _printed_law_lowers() -> ClaimFinding:
     found = [peak(jump_gap(a) if a else gap(0.0), SWEEP) for a in PRINTED]
     values = values_of(found)
     return ClaimFinding(
-        f"eq. 3.14 as printed, k(x) x, jumps by k a at the wall: a = 0, 0.5, 2, 5, 10, 20 mm "
+        f"eq. 3.14 as printed, k(x) x, jumps by k a at the wall. a = 0, 0.5, 2, 5, 10, 20 mm "
         f"give {series(values, 2)} Hz, up to 5 mm at most "
         f"{100.0 * (1.0 - min(values[:4]) / values[0]):.1f} % lower",
         (peaks("omega_e [Hz]", "a", "falls", (PRINTED, found)),),
@@ -78,7 +78,7 @@ def _only_severity() -> ClaimFinding:
     first, more = gap_peak(5e-3), gap_peak(5e-3, level=20.0)
     second = gap_peak(20e-3, level=20.0)
     return ClaimFinding(
-        f"at 5 mm {first.value:.3f} Hz with 5 N and {more.value:.3f} Hz with 20 N; 20 N with "
+        f"at 5 mm {first.value:.3f} Hz with 5 N and {more.value:.3f} Hz with 20 N. 20 N with "
         f"20 mm give {second.value:.3f} Hz again: only F/(k a) matters",
         (peaks("omega_e at 5 mm [Hz]", "F", "changes", ((5.0, 20.0), (first, more))),),
     )
@@ -154,7 +154,7 @@ def _welch_resolution() -> ClaimFinding:
     steps = np.abs(np.diff(values))
     return ClaimFinding(
         f"bins of Welch with 2048 samples are {width:.3f} Hz wide, "
-        f"{100.0 * width / natural:.1f} % of omega_n; figure 4.2 changes by "
+        f"{100.0 * width / natural:.1f} % of omega_n. Figure 4.2 changes by "
         f"{abs(values[-1] - values[0]):.2f} Hz in all, from one a to the next by "
         f"{series(steps.tolist(), 2)} Hz",
         (
@@ -318,7 +318,7 @@ def _stiff() -> ClaimFinding:
     ratio = counts[1] / counts[0]
     return ClaimFinding(
         f"on 2 s of the sweep over a = 0.5 mm at rtol 1e-8 the implicit Radau needs "
-        f"{ratio:.0f} times the evaluations of the explicit DOP853: the problem is not "
+        f"{ratio:.0f} times the evaluations of the explicit DOP853. The problem is not "
         f"smooth, but not stiff",
         (below("evaluations of Radau over those of DOP853 [-]", ratio, 1.0),),
     )
@@ -340,10 +340,10 @@ def _solvers_differ() -> ClaimFinding:
     errors = [float(np.max(np.abs(motion - exact))) / size for motion in motions]
     apart = float(np.max(np.abs(motions[0] - motions[1]))) / size
     return ClaimFinding(
-        f"n = 3, 5 s of free motion from 1 mm: at MATLAB's default tolerance of 1e-3 RK45 "
-        f"(ode45) errs by {100.0 * errors[0]:.0f} % of the amplitude and BDF (like ode15s) by "
+        f"n = 3, 5 s of free motion from 1 mm, MATLAB's default tolerance of 1e-3. RK45 "
+        f"(ode45) errs by {100.0 * errors[0]:.0f} % of the amplitude, BDF (like ode15s) by "
         f"{100.0 * errors[1]:.0f} %, Newmark's method at steps of 1 ms by "
-        f"{100.0 * errors[2]:.0f} %: both solvers are wrong, not one of them",
+        f"{100.0 * errors[2]:.0f} %. Both solvers are wrong, not one of them",
         (
             above(
                 "RK45 against BDF, largest difference [% of the amplitude]", 100.0 * apart, 10.0

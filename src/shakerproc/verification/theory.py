@@ -50,9 +50,9 @@ def _equivalent_damping() -> ClaimFinding:
     low, high = _errors_of_equivalent_damping((0.1, 0.2, 0.3))
     lowest, highest = _errors_of_equivalent_damping((0.4, 0.5, 0.6))
     return ClaimFinding(
-        f"against Den Hartog's exact motion, r from 0.5 to 2 where the mass never sticks: "
-        f"{low:+.1f} to {high:+.1f} % up to F_c / F_0 = 0.3, {lowest:+.0f} to {highest:+.0f} % "
-        f"up to 0.6",
+        f"against Den Hartog's exact motion, r from 0.5 to 2 where the mass never sticks. "
+        f"The error is {low:+.1f} to {high:+.1f} % up to F_c / F_0 = 0.3, {lowest:+.0f} to "
+        f"{highest:+.0f} % up to 0.6",
         (
             below("largest error up to F_c / F_0 = 0.3 [%]", max(abs(low), abs(high)), 10.0),
             below("largest error up to 0.6 [%]", max(abs(lowest), abs(highest)), 10.0),
@@ -139,7 +139,7 @@ def _literal_sweep() -> ClaimFinding:
 
     end = _frequency_at(turns, duration)
     return ClaimFinding(
-        f"eq. 5.1 with a linear omega(t) from 1 to 60 Hz ends at {end:.0f} Hz: it sweeps at "
+        f"eq. 5.1 with a linear omega(t) from 1 to 60 Hz ends at {end:.0f} Hz. It sweeps at "
         f"twice the rate; the phase must be the integral",
         (equals("last frequency [Hz]", end, last, 0.01, relative=True),),
     )
@@ -170,7 +170,7 @@ def _frequency_at(turns: Callable[[FloatArray], FloatArray], time: float) -> flo
 def _critical_damping() -> ClaimFinding:
     found = 0.06324 / (2.0 * np.sqrt(10.0 / 0.1))
     return ClaimFinding(
-        f"c = 2 zeta sqrt(kappa m) takes the force kappa [N] for a stiffness; against kappa/a "
+        f"c = 2 zeta sqrt(kappa m) takes the force kappa [N] for a stiffness. Against kappa/a "
         f"at a = 0.1 m the 0.06324 N s/m are zeta = {found:.4f}",
         (equals("zeta [-]", found, 0.01, 0.01, relative=True),),
     )

@@ -347,7 +347,7 @@ class Machines:
 
 
 def quiet_cluster() -> None:
-    """Keep what dask logs of workers that come and go from the terminal; we say what counts."""
+    """Keep dask's log of arriving and leaving workers from the terminal."""
     try:
         import dask
     except ImportError:

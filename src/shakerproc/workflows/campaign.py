@@ -1,4 +1,4 @@
-"""Every test of a log processed: what `shakerproc batch` does, and what it comes to."""
+"""Every test of a log processed: `shakerproc batch`, and its results."""
 
 from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -160,7 +160,7 @@ def write_up(
     verdict: str = "",
     further: Sequence[ReportSection] = (),
 ) -> dict[str, Any]:
-    """Write everything that concerns the whole campaign; return what report.json holds.
+    """Write everything that concerns the whole campaign; return the content of report.json.
 
     `further` are sections of the report besides those of runs, trends and evidence.
     What an earlier batch wrote of the kind, and this one does not, is removed.
@@ -298,7 +298,7 @@ class ShownCampaign(Shown):
     folder: Path | None = None
 
     def to_pandas(self) -> "DataFrame":
-        """Return a row for each test, as runs.csv: what the log says, status, levels."""
+        """Return a row for each test, as runs.csv: its line of the log, status, levels."""
         return frame(tables.run_columns(self.runs))
 
     @property
@@ -313,7 +313,7 @@ class ShownCampaign(Shown):
 
     @property
     def trends(self) -> dict[str, Trend]:
-        """Peak frequency against what the log varies, by the names of the trends."""
+        """Peak frequency against the quantities varied in the log, by the names of trends."""
         return {trend.name: trend for trend in trends_of(self.runs, self.wish).found}
 
     @property

@@ -172,7 +172,7 @@ def compare_free_decays(
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> ShownDecayComparison:
-    """Return a comparison of decays, told of what is going on and of faulty channels.
+    """Return a comparison of decays, with callbacks for progress and faulty channels.
 
     Raises
     ------
@@ -352,7 +352,7 @@ def compare_models(
     tell: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> ShownComparison:
-    """Return a comparison, told of what is going on and of faulty channels; see `compare`."""
+    """Return a comparison, with callbacks for progress and faulty channels; see `compare`."""
     usable = given = usable_tests(log, model)
     usable.tell(warn)
     if before is not None:

@@ -50,7 +50,7 @@ class DiagnosisCase:
 
 
 def diagnose_remotely(case: DiagnosisCase) -> Mapping[str, Any]:
-    """Return a diagnosis as text, every number to the last digit, and what it was made from."""
+    """Return a diagnosis as text, every number to the last digit, and its inputs."""
     with at_hand(case.log, case.source) as log:
         usable = tests_of(log, case.model)
         found = diagnose_tests(case.model, log, usable, seed=case.seed)

@@ -1,4 +1,4 @@
-"""A draft of a test log: what recordings say, guesses, marks; and a small example."""
+"""A draft of a test log: metadata of recordings, guesses, marks; and a small example."""
 
 import re
 from collections import Counter
@@ -164,8 +164,8 @@ tests:
 
 MODEL: Final = """\
 # What is thought to be on the shaker: one mass on a spring and a damper. Weigh what moves with
-# the sensor; k = m (2 pi f)^2 and c = 2 pi f m / Q, with f and Q of the lowest level, from
-# `shakerproc batch`. Both are fitted; the mass is not.
+# the sensor. k = m (2 pi f)^2 and c = 2 pi f m / Q, with f and Q of the lowest level
+# (`shakerproc batch`). Both are fitted; the mass is not.
 
 model: 1
 title: one mass on a linear joint
@@ -181,7 +181,7 @@ _SENSOR: Final = "{at: coupon, measures: acceleration}"
 
 
 def measures(name: str, unit: str) -> str:
-    """Return the SI unit of a channel: of its unit, else of what its name says it measures."""
+    """Return the SI unit of a channel: of its unit, else by its name."""
     from shakerproc.recordings.columns import quantity_named
     from shakerproc.recordings.si import quantity_of
 

@@ -102,7 +102,7 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
         return frame_of_rows(("name", "is", "formula", "parameters", "signature"), rows)
 
     def plot(self, kind: str) -> "Figure":
-        """Return the picture of an effect: its loop, and what it makes of stiffness.
+        """Return the picture of an effect: its loop and its equivalent stiffness.
 
         Raises
         ------

@@ -168,7 +168,7 @@ def forecast_log(
     say: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
-    """Return a forecast, told of what is going on and of faulty channels; see `forecast`.
+    """Return a forecast, with callbacks for progress and faulty channels; see `forecast`.
 
     Raises
     ------

@@ -179,7 +179,7 @@ def convert_modes(source: Path, out: Path, options: ModeOptions) -> ConvertedMod
 
 
 def _read(path: Path, options: ModeOptions) -> tuple[ModeTable, tuple[str, ...]]:
-    """Return the modes of a file in SI, and a sentence on what was taken for granted.
+    """Return the modes of a file in SI, and a sentence on the assumptions.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def _check_said(file: str, table: ModeTable, options: ModeOptions) -> None:
     if options.mass_unit is None:
         raise ArgumentError(
             "mass_unit",
-            f"{file} does not say for which unit of mass its shapes are normalised; state "
+            f"{file} does not say for which unit of mass its shapes are normalised. State "
             f"it: kg, or t of a model in mm, t and N",
         )
     if table.positions and options.length_unit is None:

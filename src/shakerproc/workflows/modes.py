@@ -1,4 +1,4 @@
-"""Modes of the tests of a log: what `shakerproc modal` does."""
+"""Modes of the tests of a log, for `shakerproc modal`."""
 
 from base64 import b64encode
 from collections.abc import Callable, Sequence
@@ -238,7 +238,7 @@ def modes(
 def _wish(
     said: Modal, band: tuple[float, float] | None, count: int | None, keep: Sequence[float]
 ) -> Modal:
-    """Return how modes are looked for, by what arguments say, else by the log."""
+    """Return how modes are looked for: by arguments, else by the log."""
     near = tuple(positive_of("keep", one) for one in list_of("keep", keep, "frequencies"))
     wish = wish_of(
         said,
@@ -301,7 +301,7 @@ def wish_of(
     count: int | None = None,
     order: int | None = None,
 ) -> Modal:
-    """Return how modes are looked for in a band [Hz], what is given before the log.
+    """Return how modes are looked for in a band [Hz]: arguments before the log.
 
     Raises
     ------

@@ -277,7 +277,7 @@ _CROP: Final[Mapping[str, str]] = MappingProxyType({
 
 
 def described(test: Test, said: Options) -> Test:
-    """Return a test with what a person says of it.
+    """Return a test with the metadata that the options give.
 
     Raises
     ------
@@ -292,7 +292,7 @@ def described(test: Test, said: Options) -> Test:
 
 
 def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
-    """Return a test with what is said of its excitation.
+    """Return a test with the excitation that the options give.
 
     Raises
     ------
@@ -325,7 +325,7 @@ def _with_excitation(test: Test, said: Mapping[str, Any]) -> Test:
 
 
 def _with_level(test: Test, said: str | None, level: str | None) -> Test:
-    """Return a test, whose kind of excitation is what is `said` of it, with its level.
+    """Return a test with the level that the options give, for the excitation `said`.
 
     Raises
     ------
@@ -355,7 +355,7 @@ def _with_level(test: Test, said: str | None, level: str | None) -> Test:
 
 
 def _with_reading(test: Test, said: Mapping[str, Any]) -> Test:
-    """Return a test with what is said of how its file is read."""
+    """Return a test with the reading options of its file."""
     given: dict[str, Any] = {}
     times = {name: said.get(name) for name in ("sample_rate_hz", "time_unit", "resample_hz")}
     override = bool(said.get("override_rate"))
@@ -414,7 +414,7 @@ def _with_band(test: Test, from_hz: float | None, to_hz: float | None) -> Test:
 
 
 def _with_crop(test: Test, given: Mapping[str, Any]) -> Test:
-    """Return a test with what is said of the crop.
+    """Return a test with the crop that the options give.
 
     Raises
     ------
@@ -448,7 +448,7 @@ def _with_crop(test: Test, given: Mapping[str, Any]) -> Test:
 
 
 def with_averaging(test: Test, said: Mapping[str, Any]) -> Test:
-    """Return a test with other averaging than its log says, and what else is asked for.
+    """Return a test with other averaging than its log says, and the further analyses.
 
     Raises
     ------

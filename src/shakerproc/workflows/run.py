@@ -1,4 +1,4 @@
-"""A recording in a notebook, and one processed: what `shakerproc process` does."""
+"""A recording in a notebook, and one processed: `shakerproc process`."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -351,7 +351,7 @@ def process(
 
 
 def _what(given: object) -> tuple[Path, Test]:
-    """Return the file that was meant, and what is known of it.
+    """Return the file of a recording, and its metadata.
 
     Raises
     ------

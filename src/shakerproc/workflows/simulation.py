@@ -157,7 +157,7 @@ def rehearse_campaign(
     advance: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> list[dict[str, object]]:
-    """Write the recording of each test that has one; return what is known of each.
+    """Write the recording of each test that has one; return the numbers of each.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A model with one effect more: what `shakerproc add` does."""
+"""A model with one effect more, for `shakerproc add`."""
 
 import datetime
 from collections.abc import Callable, Mapping, Sequence
@@ -45,7 +45,7 @@ _NO_HASHES: Final[Mapping[str, str]] = {}
 @final
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class UpdatedModel(Shown):
-    """A model with one effect more, fitted, and what that does to the errors.
+    """A model with one effect more, fitted, and its errors before and after.
 
     Attributes
     ----------

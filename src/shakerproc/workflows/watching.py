@@ -360,7 +360,7 @@ class Watch:
             time.sleep(pace.every)
 
     def last(self) -> dict[str, Any]:
-        """Write tables and page as a batch leaves them; return what report.json holds.
+        """Write tables and page as a batch does; return the content of report.json.
 
         That is nothing where no test was ever looked at, or the folder of the results is gone.
         """
@@ -369,7 +369,7 @@ class Watch:
         return self._round(self.log, (), None)
 
     def _look(self, still: Still, pace: Pace) -> bool:
-        """Work what is new through; return whether something was."""
+        """Process new recordings; return whether there was one."""
         log = self._logs(still)
         if log is None:
             return False

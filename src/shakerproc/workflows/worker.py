@@ -23,7 +23,7 @@ from shakerproc.testlog import Test, facts_of
 
 
 def work_through(job: Job) -> dict[str, Any]:
-    """Work one test through; return the hash of every file written, and of what was read."""
+    """Process one test; return the hash of every file written and read."""
     test = job.test
     with files.staged(job.folder) as folder:
         with open_path(test.require_recording(), test, seen=job.seen) as recording:
@@ -75,5 +75,5 @@ def title_of(test: Test, run: str) -> str:
 
 
 def prepare() -> None:
-    """Import what is slow before the clock of the first test runs."""
+    """Import slow packages before the clock of the first test runs."""
     import matplotlib.figure  # noqa: F401

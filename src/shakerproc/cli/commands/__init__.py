@@ -75,7 +75,7 @@ class _Commands(Mapping[str, Command]):
 
 
 def _under_former_name(command: Any, name: str) -> Command:
-    """Return a command that says what it is called now."""
+    """Return a command under its former name, with a note of the present one."""
 
     @wraps(command)
     def renamed(*args: Any, **options: Any) -> None:
@@ -131,7 +131,7 @@ def _wrong_usage_in_one_line() -> Iterator[None]:
 
 
 def _tell_usage(error: Any, file: object = None) -> None:  # noqa: ARG001 - as click calls it
-    """Print what is wrong, the name that may be meant, and where the right usage stands."""
+    """Print the wrong word, the likely right one, and where the usage is described."""
     from shakerproc.cli import output
 
     told = " ".join(error.format_message().splitlines()).rstrip(".")

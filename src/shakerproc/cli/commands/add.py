@@ -58,9 +58,10 @@ def add(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Fit an effect to a log and write it into a new model file; the old one is kept.
+    """Fit an effect to a log; write it into a new model file.
 
-    Nothing is written where the held-out error does not fall by more than its standard error.
+    The old file is kept. Nothing is written where the held-out error does not fall by more than
+    its standard error.
     """
     from shakerproc.cli.messages import announce
     from shakerproc.diagnosis.wanted import Wanted

@@ -23,6 +23,7 @@ LARGEST_MB = 1e8
 """100 TB."""
 
 
+@options.grouped
 def batch(
     testlog: options.LogArgument,
     out: output.OutOption = None,
@@ -83,15 +84,9 @@ def batch(
             rich_help_panel=TRENDS,
         ),
     ] = None,
-    segment: options.SegmentOption = None,
-    overlap: options.OverlapOption = None,
-    window: options.WindowOption = None,
-    detrend: options.DetrendOption = None,
-    export: options.ExportOption = "",
-    stitch: options.StitchOption = False,
-    uncertainty: options.UncertaintyOption = False,
-    thesis: options.ThesisOption = False,
-    figures: options.FiguresOption = True,
+    *,
+    averaging: options.AveragingOptions,
+    written: options.ProductOptions,
     units: options.UnitsOption = None,
     against: Annotated[
         Path | None,
@@ -131,7 +126,10 @@ def batch(
     ] = False,
     json: output.JsonOption = None,
 ) -> None:
-    """Process every test of a log: tables, trends, figures and a report; resumable."""
+    """Process every test of a log: tables, trends and a report.
+
+    Called again after a stop, it goes on where it was.
+    """
     from shakerproc.campaign.earlier import read_earlier
     from shakerproc.campaign.jobs import Products
     from shakerproc.campaign.result_folder import locked
@@ -150,26 +148,22 @@ def batch(
     output.say_planned_tests(log)
     _check_trends(log, trend or [], _words(by))
     _check_channel(log, channel)
-    averaging = {
-        "segment": segment, "overlap": overlap, "window": window, "detrend": detrend,
-        "stitch": stitch, "uncertainty": uncertainty,
-    }  # fmt: skip
     with options.usage():
-        averaged = tuple(with_averaging(test, averaging) for test in log.tests)
+        averaged = tuple(with_averaging(test, vars(averaging)) for test in log.tests)
         shown = units_of(log, units)
     log = replace(log, tests=averaged)
-    products = Products(figures, options.exports_of(export), thesis)
+    products = Products(written.figures, options.exports_of(written.export), written.thesis)
     root = testlog.parent / "results" if out is None else out
     wish = TrendWish(
         channel,
         tuple(trend or ()),
         _words(by),
-        figures,
+        written.figures,
         output.command(),
         tried_header(log),
         units=shown,
         earlier=None if against is None else read_earlier(against),
-        thesis=thesis,
+        thesis=written.thesis,
     )
     with locked(root):
         campaign = work_through_log(
@@ -181,7 +175,7 @@ def batch(
         )
         document = write_up(log.title, campaign, root, wish)
         if modal or model is not None:
-            further = _modes(log, root, json, figures=figures) if modal else []
+            further = _modes(log, root, json, figures=written.figures) if modal else []
             document = _with_more(
                 model, log, campaign, root, wish, recordings=recordings, further=further
             )
@@ -192,7 +186,7 @@ def batch(
 
 
 def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) -> None:
-    """Say what comes next, of a log that no model was compared with; end with the status."""
+    """Print the next step for a log without a comparison; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
         messages.after_batch(to_compare, json)

@@ -47,7 +47,7 @@ def check(
     ] = "peak_frequency",
     json: output.JsonOption = None,
 ) -> None:
-    """Compare a table of runs with a reference; fail where a number is outside its tolerance.
+    """Compare a table of runs with a reference, within tolerances.
 
     Exit status 1 if a value is outside its tolerance or a run is missing, with one line for
     each. Of peaks, the tallest of each response is compared. A reference may have fewer rows
@@ -98,7 +98,7 @@ def check(
 
 
 def _check_profiles(table: Path, json: str | None) -> None:
-    """Print every line of a profile that was not kept, and what was not judged."""
+    """Print every line of a profile that was broken or could not be judged."""
     from shakerproc.campaign.keeping import expired_notes, profiles_kept
 
     result = profiles_kept(table)

@@ -68,7 +68,7 @@ def compare(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Compare a model with every test of a log: where, and by how much, it fails.
+    """Show where, and by how much, a model fails in each test.
 
     The model is driven by the measured control signal (the mean of the controls, or the
     measured force) and its sensors are compared with the channels of the same name. Where
@@ -298,7 +298,7 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
 
 
 def _print(found: "Comparison", folder: Path, json: str | None, once: output.Once) -> None:
-    """Print the errors of every test, and what was not said before."""
+    """Print the errors of every test, and the notes that were not printed yet."""
     from shakerproc.runs.summary import by_tests
 
     rows = []
@@ -332,7 +332,7 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
         if not test.prediction.predictable:
             output.warning(
                 f"test {test.measured.name}: a disturbance of the model's motion grows too "
-                f"much for a whole test, so the error is taken in windows of "
+                f"much for a whole test. The error is taken in windows of "
                 f"{numeral(test.prediction.horizon_s)} s, each with its start fitted"
             )
 

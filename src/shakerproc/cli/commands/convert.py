@@ -18,6 +18,7 @@ _RECORDING = (
 _MODES = ("mass_unit", "length_unit", "damping_ratio", "direction", "at", "sensors")
 
 
+@options.grouped
 def convert(
     context: typer.Context,
     recording: Annotated[
@@ -35,14 +36,7 @@ def convert(
             dir_okay=False,
         ),
     ],
-    group: options.GroupOption = None,
-    measurement: options.MeasurementOption = None,
-    sample_rate_hz: options.SampleRateOption = None,
-    override_rate: options.OverrideRateOption = False,
-    time_unit: options.TimeUnitOption = None,
-    resample_hz: options.ResampleOption = None,
-    ignore_starts: options.IgnoreStartsOption = False,
-    bad_rows: options.BadRowsOption = None,
+    reading: options.ReadingOptions,
     mass_unit: Annotated[
         str | None,
         typer.Option(
@@ -97,7 +91,7 @@ def convert(
 
     A recording keeps its units; modes are written in SI.
     """
-    from shakerproc.recordings import WRITERS, FilePart, open_recording
+    from shakerproc.recordings import WRITERS, open_recording
     from shakerproc.workflows.mode_sets import ModeOptions, is_of_modes
 
     if out.exists() and out.samefile(recording):
@@ -117,11 +111,9 @@ def convert(
         )
     with open_recording(
         recording,
-        part=FilePart(group, options.measurement_of(measurement)),
-        sample_rate=options.sampling_of(
-            sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
-        ),
-        bad_rows=options.bad_rows_of(bad_rows),
+        part=reading.part(),
+        sample_rate=reading.sampling(),
+        bad_rows=reading.rows(),
     ) as opened:
         write(out, opened)
         for note in opened.notes:

@@ -73,10 +73,11 @@ def coupon(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Find natural frequencies, mode shapes and the static stiffness of a coupon's hole.
+    """Find modes and static stiffness of a coupon's hole.
 
-    Beside published values, where the coupon file has them. The clamped radius is often not
-    known: the table says how far the frequencies depend on it.
+    Natural frequencies and mode shapes stand beside published values, where the coupon file has
+    them. The clamped radius is often not known: the table says how far the frequencies depend
+    on it.
     """
     from shakerproc.finite_elements.annular_meshes import named_modes
     from shakerproc.model_files.coupon_files import read_coupon

@@ -25,7 +25,7 @@ def diagnose(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Say which effect a model lacks, how surely, and what to test next."""
+    """Name the missing effect, how surely, and the next test."""
     from shakerproc import files
     from shakerproc.campaign.jobs import at_hand
     from shakerproc.campaign.result_folder import check_result_folder
@@ -152,7 +152,7 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
 
 
 def _not_fitted(candidate: "Tried") -> str:
-    """Return that others explain more, and what this one leaves along the measured motion."""
+    """Return the line of an effect that was not fitted, with its residual along the motion."""
     if candidate.screened is None:
         return "not fitted: others explain more"
     times = numeral(candidate.screened, 3)

@@ -123,10 +123,10 @@ class Package:
 
 
 def doctor(json: output.JsonOption = None) -> None:
-    """Say what is installed, how fast this machine is and what is missing for what.
+    """List installed and missing packages, and the speed.
 
-    On its first run it compiles the simulation for this machine, so that later commands need
-    not.
+    Of missing packages the use is told. On its first run it compiles the simulation for this
+    machine, so that later commands need not.
     """
     from shakerproc.cli.messages import announce
 
@@ -196,7 +196,7 @@ def _version(name: str) -> str | None:
 
 
 def _speed() -> dict[str, float]:
-    """Return how fast what long batches and studies wait for is."""
+    """Return the speed of the steps that dominate long batches and studies."""
     import hashlib
 
     import numpy as np

@@ -68,7 +68,7 @@ def effects(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """List what a model may be made of: laws of force, and faults of the measurement.
+    """List the laws of force and the faults that a model may have.
 
     Of one effect: formula, parameters with their units, what betrays it, where it comes from,
     and with -o a picture of its loop and of what it makes of stiffness and damping as the

@@ -51,7 +51,7 @@ def forecast(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Predict what the planned tests of a log will do, with 90 % bands and its limits.
+    """Predict planned tests, with 90 % bands and limits.
 
     Numbers of the model are fitted to the tests that were run, then drawn from their
     covariance, with calibration and phases. Each level that was run is forecast from those
@@ -123,7 +123,7 @@ def _print(found: "Forecast", folder: Path, json: str | None) -> None:
 
 
 def print_step(step: "LastStep", json: str | None) -> None:
-    """Print what was predicted of the highest level that was run, and what came.
+    """Print the forecast of the highest level that was run, beside its measurement.
 
     `step` is that level, `json` where JSON goes.
     """

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from shakerproc.recordings import Sampling
 
 
+@options.grouped
 def init(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="New or empty folder.", file_okay=False)
@@ -24,21 +25,16 @@ def init(
             file_okay=False,
         ),
     ] = None,
-    sample_rate_hz: options.SampleRateOption = None,
-    override_rate: options.OverrideRateOption = False,
-    time_unit: options.TimeUnitOption = None,
-    resample_hz: options.ResampleOption = None,
-    ignore_starts: options.IgnoreStartsOption = False,
+    *,
+    times: options.TimeOptions,
 ) -> None:
-    """Write a test log, a model and small simulated recordings to start from.
+    """Write a log, a model and small recordings to start from.
 
     `batch`, `compare` and `diagnose` run on them at once; both files are commented. With
     --recordings, a log and a model of your own: a line for each file, its channels, and marks
     where something has to be filled in.
     """
-    said = options.sampling_of(
-        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
-    )
+    said = times.sampling()
     if recordings is None and options.named_in(said):
         raise typer.BadParameter("goes with --recordings", param_hint=options.named_in(said))
     if recordings is None:

@@ -26,16 +26,10 @@ class ChannelLevel:
     rms: float
 
 
+@options.grouped
 def inspect(
     recording: options.RecordingArgument,
-    group: options.GroupOption = None,
-    measurement: options.MeasurementOption = None,
-    sample_rate_hz: options.SampleRateOption = None,
-    override_rate: options.OverrideRateOption = False,
-    time_unit: options.TimeUnitOption = None,
-    resample_hz: options.ResampleOption = None,
-    ignore_starts: options.IgnoreStartsOption = False,
-    bad_rows: options.BadRowsOption = None,
+    reading: options.ReadingOptions,
     health: Annotated[bool, typer.Option(help="Look through the samples for faults.")] = True,
     json: output.JsonOption = None,
 ) -> None:
@@ -45,13 +39,9 @@ def inspect(
     Of spectra and response functions in a universal file, what they are (exit 0).
     """
     from shakerproc.errors import RecordingError, SpectraError
-    from shakerproc.recordings import FilePart
     from shakerproc.recordings.opening import read_whole, recording_in
 
-    skip, chosen = options.bad_rows_of(bad_rows), options.measurement_of(measurement)
-    said = options.sampling_of(
-        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
-    )
+    skip, part, said = reading.rows(), reading.part(), reading.sampling()
     try:
         whole = read_whole(recording, hashed=True)
     except SpectraError as error:
@@ -62,9 +52,7 @@ def inspect(
         return
     groups, notes = whole.contents
     try:
-        with recording_in(
-            whole, part=FilePart(group, chosen), sample_rate=said, bad_rows=skip
-        ) as opened:
+        with recording_in(whole, part=part, sample_rate=said, bad_rows=skip) as opened:
             _show(opened, groups, json, health=health)
     except RecordingError as error:
         output.write_json(
@@ -167,7 +155,7 @@ def _health(flags: "tuple[Flag, ...]", json: str | None, *, looked: bool) -> Non
 
 
 def _levels(recording: "Recording") -> list[ChannelLevel]:
-    """Return the extremes and rms of every channel; what is no number is left out."""
+    """Return the extremes and rms of every channel; NaN is left out."""
     import numpy as np
 
     low = np.full(len(recording.channels), np.inf)
@@ -198,7 +186,7 @@ def _described(group: "RawGroup") -> str:
 
 
 def _listed(group: "RawGroup") -> dict[str, Any]:
-    """Return a group as JSON has it: what is in it, without the times themselves."""
+    """Return a group as JSON holds it: its channels, without the times themselves."""
     return {
         "name": group.name,
         "channels": [

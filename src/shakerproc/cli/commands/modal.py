@@ -69,7 +69,7 @@ def modal(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Find natural frequencies, damping and mode shapes from the tests of a log.
+    """Find natural frequencies, damping and mode shapes of tests.
 
     Inputs are the controls, else the force channels; where there are none, output only. Modes
     are chosen automatically and followed from test to test. Response functions that an analyser

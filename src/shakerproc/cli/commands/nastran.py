@@ -22,7 +22,7 @@ MANY = 200_000
 nastran = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Write decks for Nastran, and read the punch files that come back.",
+    help="Write decks for Nastran, and read its punch files.",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 
@@ -331,7 +331,7 @@ def _sweep(
 def _measured(
     model: "Model", log_path: Path, test_id: str | None
 ) -> "tuple[FloatArray, FloatArray]":
-    """Return time and what shook the model in a test, between the ends of its crop.
+    """Return time and excitation of a test, between the ends of its crop.
 
     That is the mean of the controls, or the force where a force drives the model.
 

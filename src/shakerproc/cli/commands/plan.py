@@ -78,7 +78,7 @@ def plan(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Predict how far tests move, whether the clearance is reached, and what to check first.
+    """Predict how far tests move, and whether play is used up.
 
     The table moves a0 / (4 pi^2 f^2); a part that stays at rest is hit on both sides where that
     is more than half the play. With a model the joint's own motion counts, resonances and all;

@@ -1,20 +1,22 @@
 """``shakerproc process``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from shakerproc.cli import messages, options, output
-from shakerproc.cli.commands import CROP, TEST
+from shakerproc.cli.commands import TEST
 from shakerproc.numerals import numeral
 
 if TYPE_CHECKING:
     from shakerproc.runs import RunSummary
     from shakerproc.runs.summary import ChannelSummary
     from shakerproc.testlog import Test
+    from shakerproc.workflows.processing_options import Options
 
 
+@options.grouped
 def process(
     recording: options.RecordingArgument,
     log: Annotated[
@@ -32,134 +34,14 @@ def process(
             metavar="ID", help="Test of the log.", show_default="by file", rich_help_panel=TEST
         ),
     ] = None,
-    excitation: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KIND",
-            help="sine sweep, random, sine, shock, hammer, free decay or measured.",
-            rich_help_panel=TEST,
-        ),
-    ] = None,
-    level: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LEVEL",
-            help='Demanded level, such as "0.5 g", "1e-3 g^2/Hz".',
-            rich_help_panel=TEST,
-        ),
-    ] = None,
-    from_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Excited band, low end, or the frequency of a sine [Hz].",
-            callback=options.positive,
-            rich_help_panel=TEST,
-        ),
-    ] = None,
-    to_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Excited band, high end [Hz].", callback=options.positive, rich_help_panel=TEST
-        ),
-    ] = None,
-    notch_hz: Annotated[
-        float | None,
-        typer.Option(
-            help="Remove this tone and compare with the original [Hz].",
-            callback=options.positive,
-            rich_help_panel=TEST,
-        ),
-    ] = None,
-    crop_channel: Annotated[
-        str | None,
-        typer.Option(
-            help="Control channel to crop by.", show_default="control 2", rich_help_panel=CROP
-        ),
-    ] = None,
-    crop_threshold: Annotated[
-        str | None,
-        typer.Option(
-            help="The run lies between the first and the last sample at this level.",
-            show_default="0.45 g",
-            rich_help_panel=CROP,
-        ),
-    ] = None,
-    crop_absolute: Annotated[
-        bool,
-        typer.Option(
-            "--crop-absolute",
-            help="Compare magnitudes with the threshold.",
-            rich_help_panel=CROP,
-        ),
-    ] = False,
-    crop_hold_s: Annotated[
-        float | None,
-        typer.Option(
-            help="How long the threshold must hold [s].",
-            callback=options.not_negative,
-            show_default="0",
-            rich_help_panel=CROP,
-        ),
-    ] = None,
-    skip_s: Annotated[
-        float | None,
-        typer.Option(
-            help="Ignore this time at the start, to the nearest sample [s].",
-            callback=options.not_negative,
-            show_default="0",
-            rich_help_panel=CROP,
-        ),
-    ] = None,
-    control: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="CHANNEL",
-            help="Control channel, name or number, or none; all others are responses. May be "
-            "repeated.",
-            show_default="by name, or the first two",
-            rich_help_panel=TEST,
-        ),
-    ] = None,
-    unit: Annotated[
-        str | None,
-        typer.Option(
-            help="Unit of channels that have none, such as g.",
-            show_default="error",
-            rich_help_panel=TEST,
-        ),
-    ] = None,
-    override_unit: Annotated[
-        bool,
-        typer.Option(
-            "--override-unit",
-            help="Use --unit although the file states another.",
-            rich_help_panel=TEST,
-        ),
-    ] = False,
-    no_crop: Annotated[
-        bool, typer.Option("--no-crop", help="Use the whole recording.", rich_help_panel=CROP)
-    ] = False,
-    sample_rate_hz: options.SampleRateOption = None,
-    override_rate: options.OverrideRateOption = False,
-    time_unit: options.TimeUnitOption = None,
-    resample_hz: options.ResampleOption = None,
-    ignore_starts: options.IgnoreStartsOption = False,
-    bad_rows: options.BadRowsOption = None,
-    group: options.GroupOption = None,
-    measurement: options.MeasurementOption = None,
-    segment: options.SegmentOption = None,
-    overlap: options.OverlapOption = None,
-    window: options.WindowOption = None,
-    detrend: options.DetrendOption = None,
-    export: options.ExportOption = "",
-    stitch: options.StitchOption = False,
-    uncertainty: options.UncertaintyOption = False,
-    thesis: options.ThesisOption = False,
-    figures: options.FiguresOption = True,
+    *,
+    said: options.ProcessingOptions,
+    channels: options.ChannelOptions,
+    written: options.ProductOptions,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Process one recording: crop, spectra, peaks, tables and figures.
+    """Process one recording: spectra, peaks, tables, figures.
 
     Without a log, channels in N, m and m/s are forces, displacements and velocities. Of the
     others, those with control in their names are controls, otherwise the first two, as in the
@@ -172,45 +54,16 @@ def process(
     from shakerproc.workflows.run import process_file
 
     with options.usage():
-        named = unit_of(unit, override=override_unit)
-    controls = _controls(control, log)
+        named = unit_of(channels.unit, override=channels.override_unit)
+    controls = _controls(channels.control, log)
     if test is not None and log is None:
         raise typer.BadParameter("goes with --log", param_hint="--test")
     chosen = _logged(log, test, recording) if log is not None else _unlogged(recording)
     with options.usage():
-        chosen = described(
-            chosen,
-            {
-                "excitation": excitation,
-                "level": level,
-                "from_hz": from_hz,
-                "to_hz": to_hz,
-                "notch_hz": notch_hz,
-                "no_crop": no_crop,
-                "crop_channel": crop_channel,
-                "crop_threshold": crop_threshold,
-                "crop_absolute": crop_absolute,
-                "crop_hold_s": crop_hold_s,
-                "skip_s": skip_s,
-                "sample_rate_hz": sample_rate_hz,
-                "override_rate": override_rate,
-                "time_unit": time_unit,
-                "resample_hz": resample_hz,
-                "ignore_starts": ignore_starts,
-                "bad_rows": bad_rows,
-                "group": group,
-                "measurement": measurement,
-                "segment": segment,
-                "overlap": overlap,
-                "window": window,
-                "detrend": detrend,
-                "stitch": stitch,
-                "uncertainty": uncertainty,
-            },
-        )
+        chosen = described(chosen, cast("Options", vars(said)))
     folder = Path(folder_name(recording, chosen)) if out is None else out
     check_result_folder(folder, "process")
-    products = Products(figures, options.exports_of(export), thesis)
+    products = Products(written.figures, options.exports_of(written.export), written.thesis)
     summary = process_file(
         recording,
         chosen,
@@ -218,7 +71,7 @@ def process(
         unit=named,
         out=folder,
         products=products,
-        pictured=figures,
+        pictured=written.figures,
     ).summary
     _tell(summary)
     output.write_json(summary, json)

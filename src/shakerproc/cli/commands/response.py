@@ -67,7 +67,7 @@ def response(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Compute the frequency-response curve of a model, stable and unstable branches.
+    """Compute the frequency response of a model, all branches.
 
     Periodic motions are found by harmonic balance and followed around the folds; where a
     branch is unstable the motion jumps to another. Where the masses have free play, F / (k a)

@@ -85,7 +85,7 @@ def simulate(
     own: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Write the recordings that a log describes, as the model would give them.
+    """Write the recordings that a log describes, from a model.
 
     A campaign can so be rehearsed before the shaker is booked: each test is shaken as the log
     says, passes the recorder's filter, and gets noise of its own. Without --out the recordings
@@ -136,7 +136,7 @@ def simulate(
 
 
 def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
-    """Return values by the SI unit of what they are.
+    """Return values by their SI units.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
 def _respond(
     model: "Model", path: Path, staging: "Staging", out: Path | None, *, overwrite: bool
 ) -> tuple[dict[str, object], str]:
-    """Write what the model makes of the input of a recording; return the hash of that too.
+    """Write the response of the model to a recorded input; return its numbers and a hash.
 
     Raises
     ------

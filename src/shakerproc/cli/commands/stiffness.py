@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "shakerproc-stiffness/1"
 ALIKE = (
-    "the specimens cannot be told apart by their stiffness: the runs may have measured the "
+    "the specimens cannot be told apart by their stiffness. The runs may have measured the "
     "grips and the jig, and not the joints (thesis, section 5.3.1); measure across the joint"
 )
 STIFFENING = (
@@ -48,11 +48,12 @@ def stiffness(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Take the stiffness of a joint from tensile runs: CSV or a testing machine's text export.
+    """Take the stiffness of a joint from tensile runs.
 
-    k as in the thesis is the sum of the last forces over the sum of the last displacements at
-    one sample, a secant from zero; the slope over a range of force excludes the initial slack
-    (the toe) and comes with 95 % bounds from the scatter of the last runs.
+    Runs are CSV or a testing machine's text export. k as in the thesis is the sum of the last
+    forces over the sum of the last displacements at one sample, a secant from zero; the slope
+    over a range of force excludes the initial slack (the toe) and comes with 95 % bounds from
+    the scatter of the last runs.
     """
     if not 0.0 <= from_share < to_share <= 1.0:
         raise typer.BadParameter(

@@ -34,10 +34,11 @@ def study(
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
-    """Run parameter studies: tables, figures of the peak frequency, bifurcations, maps, curves.
+    """Run parameter studies: tables and figures.
 
-    The peak frequency is always given with its estimator, the width of its bins, the direction
-    of the sweep and, with free play, F / (k a), which alone decides the shape of the response.
+    Figures are of the peak frequency, bifurcations, maps and curves. The peak frequency is
+    always given with its estimator, the width of its bins, the direction of the sweep and, with
+    free play, F / (k a), which alone decides the shape of the response.
     """
     from shakerproc.cli.messages import announce
 

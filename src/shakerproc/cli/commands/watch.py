@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from shakerproc.testlog import TestLog
 
 
+@options.grouped
 def watch(
     folder: Annotated[
         Path,
@@ -79,20 +80,16 @@ def watch(
             dir_okay=False,
         ),
     ] = None,
-    export: options.ExportOption = "",
-    figures: options.FiguresOption = True,
-    sample_rate_hz: options.SampleRateOption = None,
-    override_rate: options.OverrideRateOption = False,
-    time_unit: options.TimeUnitOption = None,
-    resample_hz: options.ResampleOption = None,
-    ignore_starts: options.IgnoreStartsOption = False,
+    *,
+    drawn: options.FileOptions,
+    times: options.TimeOptions,
     json: output.JsonOption = None,
 ) -> None:
-    """Process each recording of a folder as soon as it is finished; the report follows.
+    """Process each recording of a folder as soon as it is finished.
 
-    Results are those of `batch`; after Ctrl-C or a crash the same command goes on. A recording
-    that grows or changes later is processed again. The page in a browser reloads itself
-    while the folder is watched. No port is opened.
+    The report follows. Results are those of `batch`; after Ctrl-C or a crash the same command
+    goes on. A recording that grows or changes later is processed again. The page in a browser
+    reloads itself while the folder is watched. No port is opened.
 
     With --model, what was predicted of the run and what came is told, then the next test.
     """
@@ -102,9 +99,7 @@ def watch(
     from shakerproc.workflows.campaign import TrendWish
     from shakerproc.workflows.watching import Pace, Watch
 
-    said = options.sampling_of(
-        sample_rate_hz, override_rate, time_unit, resample_hz, ignore_starts
-    )
+    said = times.sampling()
     if log is not None and options.named_in(said):
         raise typer.BadParameter("goes without --log", param_hint=options.named_in(said))
     root = (folder if log is None else log.parent) / "results" if out is None else out
@@ -117,9 +112,9 @@ def watch(
         folder,
         root,
         _logs(folder, log, said),
-        products=Products(figures, options.exports_of(export)),
+        products=Products(drawn.figures, options.exports_of(drawn.export)),
         machines=Machines(workers),
-        wish=TrendWish(channel, figures=figures, command=output.command()),
+        wish=TrendWish(channel, figures=drawn.figures, command=output.command()),
         tell=partial(output.data, json_target=json),
         after=None if model is None else partial(_forecast, model, root / "forecast", json),
     )
@@ -140,7 +135,7 @@ def watch(
 
 
 def _forecast(model: Path, folder: Path, json: str | None, log: "TestLog") -> None:
-    """Forecast the planned tests of a log, and tell what came of the last forecast."""
+    """Forecast the planned tests of a log, and compare the last forecast with its test."""
     from shakerproc.cli.commands.forecast import print_step
     from shakerproc.errors import ShakerprocError
     from shakerproc.model_files import read_model

@@ -50,7 +50,7 @@ class Gap(AbstractMemorylessEffect):
     kind: ClassVar[str] = "gap"
     formula: ClassVar[str] = "F = k (|z| - a) sign z for |z| > a, 0 inside"
     signature: ClassVar[str] = (
-        "Nothing inside the play, a straight line outside: the resonance rises with level"
+        "Nothing inside the play, a straight line outside. The resonance rises with level"
         " towards that of the closed joint, a sweep up jumps, odd harmonics appear."
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({

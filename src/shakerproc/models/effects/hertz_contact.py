@@ -64,8 +64,8 @@ class HertzContact(AbstractMemorylessEffect):
     kind: ClassVar[str] = "hertz_contact"
     formula: ClassVar[str] = "F = s k d^1.5 (1 + 1.5 α dd/dt), d = s z - a > 0, never pulling"
     signature: ClassVar[str] = (
-        "A wall that stiffens with depth: the resonance rises with level beyond that of a gap, "
-        "and the loop is open only past the play, more so the harder it hits."
+        "A wall that stiffens with depth: the resonance rises with level beyond that of a gap. "
+        "The loop is open only past the play, more so the harder it hits."
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "stiffness": Parameter("N/m^1.5", "k", "force at unit depth", linear=True),

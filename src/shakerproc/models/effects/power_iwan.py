@@ -55,7 +55,7 @@ class PowerIwan(AbstractEffect):
         "Masing's rules"
     )
     signature: ClassVar[str] = (
-        "Slip that grows from the smallest motion: the energy lost in a cycle is a power of "
+        "Slip that grows from the smallest motion. The energy lost in a cycle is a power of "
         "amplitude between 2 and 3, as measured on lap joints."
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({

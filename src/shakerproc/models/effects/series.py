@@ -147,7 +147,7 @@ class _Chain:
         return (self.stiffness, *self.plays, slip, self.mobility or 0.0)
 
     def rows(self) -> tuple[Row, ...]:
-        """Return the plainest lines that say the same."""
+        """Return the rows of the shortest equivalent series."""
         if self.mobility is not None or (self.slip_force is not None and any(self.plays)):
             return (Row(Law.SERIES, self.values()),)
         if self.slip_force is not None:

@@ -64,7 +64,7 @@ class Models:
 
     @property
     def noise(self) -> list[float]:
-        """Noise of every test, through the better model: what a contact makes of it counts."""
+        """Noise of every test, through the better model, which a contact may amplify."""
         return [test.noise for test in (self.after or self.before).tests]
 
 

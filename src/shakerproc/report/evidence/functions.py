@@ -38,10 +38,9 @@ from shakerproc.runs.analyses.decays import Curve as AmplitudeCurve
 from shakerproc.runs.panels import Panel
 
 _TOLD: Final = (
-    "The shape of the test is expanded to all points of the model (O'Callahan, Avitabile and "
-    "Riemer, System equivalent reduction expansion process, 7th International Modal Analysis "
-    "Conference, 29-37, 1989) by the modes nearest in frequency: as many as predict a sensor "
-    "that is left out best (Allen, Technometrics 16, 125-127, 1974)."
+    "SEREP expands the shape of the test to all points of the model (O'Callahan, Avitabile and "
+    "Riemer, 7th IMAC, 29-37, 1989). It takes the modes nearest in frequency, as many as "
+    "predict a sensor that is left out best (Allen, Technometrics 16, 125-127, 1974)."
 )
 _SHOWN: Final = (
     "measured [Hz]", "model [Hz]", "difference [%]", "ζ measured", "ζ model", "MAC",
@@ -113,8 +112,8 @@ MOST_DRAWN: Final = 60
 _METHOD: Final = (
     "The response functions of the file are compared with those of the linear part of the "
     "model, line by line. The error is the rms of their difference over the rms measured, "
-    "lines weighted by the coherence where the file holds it; FRAC is the frequency response "
-    "assurance criterion (Heylen and Lammens, 1996). What was measured keeps window and "
+    "lines weighted by the coherence where the file holds it. FRAC is the frequency response "
+    "assurance criterion (Heylen and Lammens, 1996). The measured functions keep window and "
     "leakage of the analyser."
 )
 _REFERENCE: Final = (
@@ -183,7 +182,7 @@ MODEL_STYLES: Final = (3, 2)
 """Styles of the curves of the model and of the older one."""
 
 CAPTION: Final = (
-    "Measured by two methods, grey their 95 % limits; the model after a start fitted to "
+    "Measured by two methods, grey their 95 % limits. The model after a start fitted to "
     "the first periods, read by least squares as the measurement is."
 )
 

@@ -102,7 +102,7 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str, str]:
 
 
 def _bounds_by_source(estimate: Estimate) -> tuple[str, str, str, str, str, str]:
-    """Return value, low, high, what tests and what calibration leave open, and unit."""
+    """Return value, low, high, the parts of tests and of calibration in the band, and unit."""
     value, low, high, _, unit = interval(estimate)
     tests, calibration = map(_per_cent, (estimate.by_tests, estimate.by_calibration))
     return value, low, high, tests, calibration, unit
@@ -390,7 +390,7 @@ def candidates(diagnosis: Diagnosis) -> Columns:
 
 
 def parameters(diagnosis: Diagnosis) -> Columns:
-    """Return the numbers of what was found, of the linear joints and of every candidate."""
+    """Return the parameters of the effects, of the linear joints and of every candidate."""
     rows: list[tuple[Any, ...]] = [
         ("found", e.kind, " - ".join(e.between), name, *p.row)
         for e in diagnosis.effects

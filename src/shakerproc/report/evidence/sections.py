@@ -28,9 +28,9 @@ from shakerproc.report.page.sections import PageFigure, ReportSection, ReportTab
 from shakerproc.runs.summary import by_tests
 
 ONE_METHOD: Final = (
-    "All errors in this report are of a model that runs free under the measured input; a "
-    "diagnosis predicts windows of one length where a motion cannot be predicted for a whole "
-    "test, and fits their starts, so that its errors differ a little from those above."
+    "All errors in this report are of a model that runs free under the measured input. Where "
+    "a motion cannot be predicted for a whole test, a diagnosis predicts windows of one length "
+    "and fits their starts. Its errors then differ a little from those above."
 )
 
 
@@ -98,7 +98,7 @@ def model_section(models: Models) -> ReportSection:
 
 
 def _limits(comparison: Comparison) -> list[str]:
-    """Return which tests took no part, what looks wrong, and of which only a part was used."""
+    """Return which tests took no part, which look faulty, and which were used in part."""
     each = comparison.tests
     notes = [note for test in each for note in (*test.measured.notes, *test.notes)]
     return [*comparison.left_out, *comparison.warnings, *notes]
@@ -141,7 +141,7 @@ def _refit(models: Models) -> list[ReportTable]:
 
 
 def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> ReportSection:
-    """Return which effect is missing: verdict, ladder, numbers, what is open.
+    """Return which effect is missing: verdict, ladder, numbers, open questions.
 
     Parameters
     ----------
@@ -231,9 +231,9 @@ def error_ladder(diagnosis: Diagnosis) -> PageFigure:
     )
     return PageFigure(
         "Error of every model that was tried.",
-        f"{_horizon(diagnosis)} Held-out tests took no part in the fit: where theirs falls as "
-        "far as that of the fitted ones, the effect is real; what is left should be near the "
-        "noise.",
+        f"{_horizon(diagnosis)} Held-out tests took no part in the fit. The effect is real "
+        "where their error falls as far as that of the fitted ones. The rest should be near "
+        "the noise.",
         ladder(rungs, errors.noise_floor, title="Errors of all models that were tried"),
         broad=True,
     )

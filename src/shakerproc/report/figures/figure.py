@@ -166,7 +166,7 @@ class Image:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plot:
-    """Two axes and what is drawn between them.
+    """Two axes and the curves between them.
 
     Attributes
     ----------
@@ -331,7 +331,7 @@ def _rounded(value: float) -> float:
 
 
 def _short(limits: tuple[float, float]) -> list[float]:
-    """Return limits rounded as the text is: they are what it is decoded with."""
+    """Return limits rounded as in the text, from which the page decodes them."""
     return [_rounded(value) for value in limits]
 
 

@@ -172,7 +172,7 @@ def _mark(axis: "Axes", mark: Mark, plot: Plot) -> None:
 
 
 def _image(axis: "Axes", image: Image) -> None:
-    """Draw values in colours, with a bar that tells what they mean."""
+    """Draw values in colours, with a bar of their scale."""
     shown = axis.imshow(
         image.values,
         origin="lower",

@@ -300,24 +300,23 @@ def _over_tests(analysis: ModalAnalysis) -> ReportSection | None:
 
 _WITH_INPUT: Final = (
     "Candidates are the poles that stay in place over the orders of a least-squares complex "
-    "frequency fit (Peeters et al., 2004) of the discrete Fourier transforms of inputs and "
-    "responses over the whole record, its transient taken up by terms of its own, so that no "
+    "frequency fit (Peeters et al., 2004). It fits the discrete Fourier transforms of inputs "
+    "and responses over the whole record. The transient has terms of its own, so that no "
     "window smears the peaks. Modes are those that Schwarz' criterion needs; poles, residues, "
     "transients and residual terms are refined by maximum likelihood. Their 95 % intervals "
-    "come from the scatter of the lines about the model (White), which holds for noise that is "
-    "coloured or shared by the sensors, not for what drifts from test to test: that is the "
-    "scatter over tests."
+    "come from the scatter of the lines about the model (White). They hold for noise that is "
+    "coloured or shared by the sensors. Drift from test to test is in the scatter over tests."
 )
 _EXPORTED: Final = (
-    "Response functions that a file holds are fitted as they are, without samples: window and "
-    "leakage of the analyser stay in them, and a damping that their lines do not resolve comes "
+    "Response functions that a file holds are fitted as they are, without samples. Window and "
+    "leakage of the analyser stay in them. A damping that their lines do not resolve comes "
     "out too large."
 )
 _OUTPUT_ONLY: Final = (
     "Where no input was measured, poles come from covariance-driven stochastic subspace "
-    "identification (Peeters and De Roeck, 1999) over orders; intervals from leaving out one "
-    "of twelve blocks at a time. Their scatter also tells how much of the imaginary parts of a "
-    "shape is chance, and they are shrunk by that share (Efron and Morris, 1973). The "
+    "identification (Peeters and De Roeck, 1999) over orders. Intervals come from leaving out "
+    "one of twelve blocks at a time. Their scatter also tells how much of the imaginary parts "
+    "of a shape is chance. They are shrunk by that share (Efron and Morris, 1973). The "
     "excitation is taken for broadband."
 )
 _REFERENCES: Final = (

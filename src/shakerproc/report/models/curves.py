@@ -457,7 +457,7 @@ def _arguments(line: StudyLine) -> dict[str, Any]:
 
 
 def _limit_decades(axis: "Axes", panel: StudyPanel) -> None:
-    """Show at most ten decades below the top: what is smaller is rounding."""
+    """Limit an axis to ten decades below its top: smaller values are rounding."""
     top = max(float(np.max(line.y)) for line in panel.lines if line.y.size)
     low = min(float(np.min(line.y[line.y > 0.0])) for line in panel.lines if np.any(line.y > 0))
     axis.set_ylim(max(0.5 * low, 1e-10 * top), 3.0 * top)

@@ -1,4 +1,4 @@
-"""A picture of each effect: its loop, and what it makes of stiffness and damping with level."""
+"""A picture of each effect: its loop, its equivalent stiffness and damping by level."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, final
@@ -253,7 +253,7 @@ def _drift_picture(effect: StiffnessDrift) -> "Figure":
 
 
 def _fault_picture(fault: AbstractFault) -> "Figure":
-    """Draw a true signal and what is recorded of it: in time, and what differs by frequency."""
+    """Draw a true signal and its recording: in time, and their difference by frequency."""
     figure, left, right = _panels(fault.kind, f"u becomes {fault.formula}")
     rate, n = 200_000.0, 200_000
     time = np.arange(n) / rate
@@ -288,7 +288,7 @@ def _draw_spectra(axis: "Axes", true: FloatArray, recorded: FloatArray, rate: fl
 
 
 def _draw_transfer(axis: "Axes", fault: AbstractFault, rate: float, n: int) -> None:
-    """Draw gain and phase of what is recorded over what is true."""
+    """Draw gain and phase of the recorded over the true signal."""
     impulse = np.zeros(n)
     impulse[n // 2] = 1.0
     frequency = np.fft.rfftfreq(n, 1.0 / rate)

@@ -123,7 +123,7 @@ def _band(drawn: FloatArray, rms: UncertainQuantity) -> tuple[FloatArray, FloatA
 
 
 def sections(found: CampaignForecast) -> list[ReportSection]:
-    """Return the sections of the page: a planned test each, then what the bands rest on."""
+    """Return the sections of the page: a planned test each, then the basis of the bands."""
     tests = [_section(one, found) for one in found.tests]
     step = [] if found.step is None else [_last_step(found.step)]
     return [*step, *tests, _rests_on(found)]

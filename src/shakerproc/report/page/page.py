@@ -267,7 +267,7 @@ def _ours(templates: Environment, name: str) -> Markup:
 
 
 def _script(templates: Environment) -> Markup:
-    """Return uPlot with its licence, and what this page does with it, as one script."""
+    """Return uPlot with its licence, and the code of this page, as one script."""
     licence, drawing, page, shown = (
         _ours(templates, name)
         for name in (

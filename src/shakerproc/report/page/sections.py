@@ -242,7 +242,7 @@ def rendered(templates: Environment, own: Template | None, content: Mapping[str,
 
 
 def _template_error(name: str, error: Exception) -> str:
-    """Return in one line what is wrong with a template, and in which line of it."""
+    """Return the fault of a template and its line, in one line."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame.lineno for frame in frames if frame.filename == _FROM_TEXT]
     line = getattr(error, "lineno", None) or next(reversed(own), None)
@@ -340,7 +340,7 @@ _NO_PICTURE: Final = f"no photo that can be read; save it as one of {', '.join(F
 @final
 @dataclass(frozen=True, slots=True)
 class HeaderView:
-    """The head of a report; what the log does not say is left out.
+    """The head of a report; entries that the log lacks are left out.
 
     Attributes
     ----------

@@ -46,7 +46,7 @@ def draw_run(result: RunResult, title: str, folder: Path) -> list[Path]:
 
 
 def run_figure(result: RunResult, name: str, title: str) -> "MatplotlibFigure | None":
-    """Return one figure of a run, None where the run has not got what is drawn there."""
+    """Return one figure of a run, None where the run lacks its curves."""
     return _matplotlib_figure(_content(result), name, title)
 
 

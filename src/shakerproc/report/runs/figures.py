@@ -113,7 +113,7 @@ def level(content: RunContent) -> Figure | None:
 
 
 def time(content: RunContent) -> Figure | None:
-    """Return channels over the whole recording, what is cropped away shaded."""
+    """Return channels over the whole recording, the part outside the crop shaded."""
     curves, run = content.of("time"), content.run
     if not curves or run.duration_s is None:
         return None

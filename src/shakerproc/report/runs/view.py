@@ -290,7 +290,7 @@ class TableColumn:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell: what is shown, its class, what it is sorted by, where it leads."""
+    """A cell: its text, its class, its sort key, its link."""
 
     shown: str | Markup
     css: str = ""

@@ -178,8 +178,8 @@ def natural_frequencies(
     if high > most * (1.0 + 1e-9):
         raise SpectrumError(
             f"{kind}: to is {high:g} Hz, above a tenth of the sample rate of "
-            f"{result.sample_rate:g} Hz, where the samples do not show the peaks any more; "
-            f"give to: {numeral(0.999 * most, 4)} Hz or less, or record faster"
+            f"{result.sample_rate:g} Hz, where the samples do not show the peaks any more. "
+            f"Give to: {numeral(0.999 * most, 4)} Hz or less, or record faster"
         )
     if not low < high:
         raise SpectrumError(

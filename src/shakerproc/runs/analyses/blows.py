@@ -1,4 +1,4 @@
-"""The blows of a hammer test: a table of those kept and rejected, their forces, what to do."""
+"""The blows of a hammer test: a table of those kept and rejected, their forces, advice."""
 
 from collections.abc import Iterator
 from typing import ClassVar, Final, final
@@ -71,7 +71,7 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
 
 
 def _cut_text(found: Blows, added: float) -> list[str]:
-    """Return how blows were cut; `added` is what the window adds to damping at 1 Hz [%]."""
+    """Return how blows were cut; `added` is the damping of the window at 1 Hz [%]."""
     cut, rate = found.setup.cut, found.setup.cut.sample_rate
     told = [
         f"Trigger at {numeral(found.setup.strikes.level, 4)} N; blocks of "
@@ -86,7 +86,7 @@ def _cut_text(found: Blows, added: float) -> list[str]:
     if cut.decay_rate:
         told.append(
             f"The exponential window (time constant {numeral(1.0 / cut.decay_rate, 4)} s) "
-            f"lowers and widens the peaks that are drawn: it adds {numeral(added, 4)} % times "
+            f"lowers and widens the peaks that are drawn. It adds {numeral(added, 4)} % times "
             "1 Hz/f to a damping ratio at f. Natural frequency and damping in the table of "
             "resonances are without it."
         )
@@ -139,9 +139,9 @@ def _unknown_noise(found: Blows) -> str:
         else ""
     )
     return (
-        f"{cut.quiet} samples in the quiet half of the pretrigger do not tell the noise: no "
-        "channel is said not to respond, what is left at the end of a block has the noise in "
-        f"it{peaks}. Give processing: {{hammer: {{pretrigger: "
+        f"{cut.quiet} samples in the quiet half of the pretrigger do not tell the noise. No "
+        "channel is said not to respond, and the rest at the end of a block includes the "
+        f"noise{peaks}. Give processing: {{hammer: {{pretrigger: "
         f"{rounded_up(1e3 * 2 * LEAST_QUIET / cut.sample_rate)} ms}}}} or more, or record more "
         "before the blow"
     )

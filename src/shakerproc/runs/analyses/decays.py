@@ -73,13 +73,13 @@ def remarks(curve: DecayCurve) -> Iterator[str]:
         yield (
             f"{name}: the two methods disagree by more than their intervals in {len(disputed)} "
             f"of {len(curve.fitted)} stretches, at {min(sizes) / max(whole):.0%} to "
-            f"{max(sizes) / max(whole):.0%} of the largest amplitude: another mode close by, "
-            "or a frequency that shifts within a stretch"
+            f"{max(sizes) / max(whole):.0%} of the largest amplitude. Another mode lies close "
+            "by, or the frequency shifts within a stretch"
         )
     if curve.rises > BEATS:
         yield (
-            f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was: "
-            "another mode lies close by, and the curves are those of both; a sensor at its "
+            f"{name}: the amplitude comes back to {numeral(curve.rises)} times what it was. "
+            "Another mode lies close by, and the curves are those of both; a sensor at its "
             "node tells them apart"
         )
     shifts = [abs(one.frequency - curve.line.frequency) for one in curve.fitted]
@@ -333,7 +333,7 @@ def _no_mode(result: RunResult) -> str:
 
 
 def _displacement(mode: DecayMode, one: DecayReading) -> float | None:
-    """Return the amplitude as a displacement [mm]; None of what is no motion."""
+    """Return the amplitude as a displacement [mm]; None for a channel without motion."""
     if mode.integrations is None:
         return None
     size: float = (2.0 * np.pi * one.frequency) ** mode.integrations
@@ -390,7 +390,7 @@ def _row(mode: DecayMode) -> dict[str, Cell]:
 
 
 def _sentences(modes: Sequence[DecayMode], start: float, result: RunResult) -> Iterator[str]:
-    """Yield where the free part begins, and what each mode says of the law behind it."""
+    """Yield the start of the free part, and the law that each mode points to."""
     yield (
         f"The free part begins at {numeral(start, 4)} s. Damping is that of the decay of the "
         "measured quantity; intervals of the table are those of 95 %."

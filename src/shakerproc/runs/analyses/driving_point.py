@@ -78,6 +78,6 @@ def _problem(force: str, sensor: str, share: float) -> str:
         )
     return (
         f"{sensor} and {force} do not fit each other as a driving point (power in net over "
-        f"gross: {share:.0%}): they sit in two places, do not point along one line, or one is "
+        f"gross: {share:.0%}). They sit in two places, do not point along one line, or one is "
         "late"
     )

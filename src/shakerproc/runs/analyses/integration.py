@@ -70,8 +70,8 @@ def _corner(result: RunResult, wanted: float | str | None) -> float | None:
     if not 2.0 / seconds <= corner <= 0.5 * result.sample_rate:
         raise SpectrumError(
             f"integration: a high-pass at {numeral(corner, 4)} Hz does not lie between two "
-            f"periods in the run ({numeral(2.0 / seconds, 4)} Hz) and half the sample rate; "
-            "give another high_pass, or high_pass: none"
+            f"periods in the run ({numeral(2.0 / seconds, 4)} Hz) and half the sample rate. "
+            "Give another high_pass, or high_pass: none"
         )
     return corner
 

@@ -227,9 +227,9 @@ def about(reading: MultisineReading) -> Iterator[str]:
     spacing = grid.frequency[0] / grid.number[0]
     yield (
         f"{layout.realisations} realisation{'s' * (layout.realisations > 1)} of {used} "
-        f"period{'s' * (used > 1)} of {1.0 / spacing:.6g} s; {int(grid.excited.sum())} of "
+        f"period{'s' * (used > 1)} of {1.0 / spacing:.6g} s. {int(grid.excited.sum())} of "
         f"{grid.number.size} lines from {numeral(grid.frequency[0], 4)} to "
-        f"{numeral(grid.frequency[-1], 4)} Hz are excited, {numeral(spacing, 4)} Hz apart, "
+        f"{numeral(grid.frequency[-1], 4)} Hz are excited, {numeral(spacing, 4)} Hz apart; "
         f"{int(grid.even.sum())} even and {int(grid.odd.sum())} odd ones detect distortion."
     )
     if not grid.common:
@@ -261,8 +261,8 @@ def problems(reading: MultisineReading) -> Iterator[str]:
         return
     alone = "one realisation" if reading.layout.realisations == 1 else "no line excited twice"
     yield (
-        f"no detection lines and {alone}: noise is known and distortion is not; "
-        "excite odd lines only and leave some of them out, or record several realisations of "
+        f"no detection lines and {alone}: noise is known and distortion is not. "
+        "Excite odd lines only and leave some of them out, or record several realisations of "
         "the same lines"
     )
 

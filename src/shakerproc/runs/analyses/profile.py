@@ -236,9 +236,9 @@ def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
     )
     return (
         f"the control does not keep the {row['line']} line of profile {profile.name}: "
-        f"{row['exceedance_db']:+.1f} dB beyond it at {numeral(row['at_hz'], 4)} Hz, "
-        f"{rounded_within(share, allowed, sign=False)} % of the band beyond it by more than "
-        f"chance, where {allowed:g} % may be"
+        f"{row['exceedance_db']:+.1f} dB beyond it at {numeral(row['at_hz'], 4)} Hz. "
+        f"{rounded_within(share, allowed, sign=False)} % of the band lie beyond it by more "
+        f"than chance, where {allowed:g} % may"
     )
 
 

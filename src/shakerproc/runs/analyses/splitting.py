@@ -248,7 +248,7 @@ class _LevelRun:
         if samples < max(length, wanted.shortest * rate):
             raise SpectrumError(
                 f"splitting: the run lasts {numeral(samples / rate, 4)} s, and a stationary "
-                f"part at least {wanted.shortest:g} s; give splitting: {{shortest: ...}} less "
+                f"part at least {wanted.shortest:g} s. Give splitting: {{shortest: ...}} less "
                 "than the run, or take splitting: out of processing"
             )
         return cells_of(self.blocks(0, samples), rate, length)
@@ -375,7 +375,7 @@ def _columns(
 
 
 def _advice(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Iterator[str]:
-    """Yield how to go on, and what has no spectrum."""
+    """Yield the next step, and the parts without a spectrum."""
     yield (
         "To process a part alone, give a test of the log its times: crop: {from: ... s, "
         "to: ... s}. Peak and rms of vibration are without the shocks in it."
@@ -384,6 +384,6 @@ def _advice(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Ite
     if left:
         yield (
             f"{left} of {len(parts)} parts have no spectrum: only the {MOST_SPECTRA} highest "
-            f"shocks and the {MOST_SPECTRA} longest parts of vibration have one, and a part "
+            f"shocks and the {MOST_SPECTRA} longest parts of vibration have one. A part "
             "has to hold one segment of welch without a shock."
         )

@@ -311,6 +311,6 @@ def _moved(tones: MixedTones, k: int, row: dict[str, Cell]) -> str:
         return ""
     return (
         f"the tone at {row['frequency_hz']:.5g} Hz moves by up to {apart / abs(whole):.0%} of "
-        "its amplitude during the run: only fixed tones are taken out whole, and the density "
-        "there holds what is left"
+        "its amplitude during the run. Only fixed tones are taken out whole; the density "
+        "there holds the rest"
     )

@@ -415,7 +415,7 @@ class UncertaintyAnalysis(AbstractAnalysis):
 
 
 def _row(budget: Budget) -> dict[str, Cell]:
-    """Return a number with its expanded uncertainty, and what it is made of."""
+    """Return a number with its expanded uncertainty, and its contributions."""
     known, expanded = budget.standard() is not None, budget.expanded
     row: dict[str, Cell] = {
         "channel": budget.channel,
@@ -468,7 +468,7 @@ def _lines(budget: Budget) -> Iterator[dict[str, Cell]]:
 
 
 def _not_known(result: RunResult, budgets: Sequence[Budget]) -> Iterator[str]:
-    """Yield each reason why a contribution is not known, once, with what it concerns."""
+    """Yield each reason why a contribution is unknown, once, with the numbers concerned."""
     told: dict[tuple[str, str], dict[str, None]] = {}
     for budget in budgets:
         for line in budget.lines:

@@ -86,7 +86,7 @@ def couplings(branch: Branch) -> Mapping[str, FloatArray]:
 
 
 def gap_severity(model: Model, level: float) -> Mapping[str, float]:
-    """Return how large the load is against what closes each gap fully, F / (k a) [-].
+    """Return the load over the force that closes each gap fully, F / (k a) [-].
 
     Only this number decides the shape of the response of a mass with free play. The force of a
     base acceleration is that on all masses.

@@ -85,7 +85,7 @@ def _move_on(
     n: int,
     n_y: int,
 ) -> None:
-    """Set one order of the accelerations and the next of what the linear part moves."""
+    """Set one order of the accelerations and the next of the linear part's motion."""
     system, push, n_forces = store.system, store.push, room.now.shape[0]
     for i in range(n):
         total = system[slot, n + i, n_y] * series.w[order]

@@ -1,4 +1,4 @@
-"""Exact propagators under nonlinear forces: what a law does in a sample, as a quintic.
+"""Exact propagators under nonlinear forces, each taken as a quintic in a sample.
 
 The linear part of a model, and of the branches that it is on, moves exactly. The force of
 every other law over a sample is the quintic with the law's values and rates at both its ends
@@ -158,7 +158,7 @@ def _predict(
 
 @inlined
 def _with_forces(store: Store, slot: int, room: Carried, i: int, column: int) -> float:
-    """Return what a motion ends with under the carried forces as they are."""
+    """Return the end of a motion under the carried forces as they are."""
     total = 0.0
     for f in range(room.now.shape[0]):
         for k in range(FORCE_TERMS):

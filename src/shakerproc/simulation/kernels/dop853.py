@@ -127,7 +127,7 @@ def _watch(machine: Machine, series: Series, out: FloatArray) -> None:
 
 @inner
 def _slope(machine: Machine, row: int, kind: int, stage: int, work: FloatArray) -> float:
-    """Return the rate of what an event watches, at the start (stage 0) or the end (12)."""
+    """Return the rate of an event's function, at the start (stage 0) or the end (12)."""
     n = machine.mass.size
     if kind == STATE:
         return work[stage, 2 * n + machine.lines[row, MEMORY]]

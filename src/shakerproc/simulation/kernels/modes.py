@@ -1,4 +1,4 @@
-"""Branches of the laws: where each one ends, and what follows it."""
+"""Branches of the laws: their ends, and the branch that follows."""
 
 import math
 from typing import Final

@@ -1,4 +1,4 @@
-"""Accelerations of the whole model, sticking joints held; and what follows an event."""
+"""Accelerations of the whole model, sticking joints held; the motion after an event."""
 
 from typing import Final
 
@@ -28,7 +28,7 @@ IRRESISTIBLE: Final = 1e100
 def between(
     machine: Machine, row: int, motions: FloatArray, start_at: int, order: int
 ) -> float:
-    """Return what the second place of a line has more than the first, of one coefficient."""
+    """Return the difference of the two places of a line, of one coefficient."""
     total = 0.0
     for i in range(machine.joints.shape[1]):
         total += machine.joints[row, i] * motions[start_at + i, order]
@@ -39,7 +39,7 @@ def between(
 def push(
     machine: Machine, row: int, amount: float, motions: FloatArray, start_at: int, order: int
 ) -> None:
-    """Add to one coefficient what a force across a line, which resists motion, does."""
+    """Add the accelerations of a force across a line, which resists motion, in one order."""
     for i in range(machine.pushes.shape[1]):
         motions[start_at + i, order] -= amount * machine.pushes[row, i]
 
@@ -195,7 +195,7 @@ def switch(machine: Machine, row: int, which: int, time: float, series: Series) 
 
 @inner
 def _slip(machine: Machine, row: int, before: int, series: Series) -> None:
-    """Set exactly what is known where the slider of a series starts to slip, or stands."""
+    """Set the state exactly where the slider of a series starts to slip, or stands."""
     n, mode = machine.mass.size, machine.mode[row, 0]
     side = 1.0 if mode > 0 else -1.0
     if mode == 2 or mode == -2:

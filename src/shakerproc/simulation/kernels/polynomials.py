@@ -99,7 +99,6 @@ def chirp_pieces(
 
 
 NEVER: Final = 2.0
-_GOLDEN: Final = 0.6180339887498949
 _PARTS: Final = 8
 _LAST_STEP: Final = 1e-8
 

@@ -1,4 +1,4 @@
-"""Taylor coefficients of the laws, order by order: the one place that lists what each does.
+"""Taylor coefficients of the laws, order by order: the only list of their formulas.
 
 Order 0 is the law itself, so the steppers that need no series call it too.
 """
@@ -157,7 +157,7 @@ def law_series(
 
 @inlined
 def _level(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
-    """Return the friction level: sliding force and what is left of the breakaway force."""
+    """Return the friction level: sliding force and the rest of the breakaway force."""
     sliding, breakaway = machine.values[row, 0], machine.values[row, 1]
     level = sliding if order == 0 else 0.0
     if breakaway > sliding:

@@ -1,4 +1,4 @@
-"""What the compiled steppers walk: the linear part, the table of laws, and their branches.
+"""Tables of the compiled steppers: the linear part, the laws, their branches.
 
 Everything is kept in a few plain arrays that are indexed and never sliced: numba compiles
 that several times faster than it does array expressions, and it runs faster too.

@@ -292,7 +292,7 @@ def _rise(
 
 @inlined
 def event_noise(machine: Machine, row: int, kind: int, scales: FloatArray) -> float:
-    """Return below what the distance from a switching surface counts as 0."""
+    """Return the distance from a switching surface that counts as 0."""
     if kind == DISPLACEMENT:
         return 1e-13 * scales[0]
     if kind == VELOCITY:

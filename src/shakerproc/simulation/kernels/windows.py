@@ -1,4 +1,4 @@
-"""The driver of many windows of one test, nudged towards what was measured or free."""
+"""The driver of many windows of one test, nudged towards the measurement or free."""
 
 from typing import Final, NamedTuple
 
@@ -71,7 +71,7 @@ def held_until(nudges: Nudges, first: int) -> int:
 def nudge(
     machine: Machine, nudges: Nudges, sample: int, time: float, period: float, series: Series
 ) -> None:
-    """Move the motion in order 0 towards what was measured at a sample.
+    """Move the motion in order 0 towards the measurement at a sample.
 
     The input at this instant stands in order 0 of `w`; `period` is that of the samples [s].
     """
@@ -97,7 +97,7 @@ def nudge(
 
 @inlined
 def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
-    """Set the branch of a line whose motion was changed, its memory being what it was."""
+    """Set the branch of a line whose motion was changed, with its memory kept."""
     n, law, mode = machine.mass.size, machine.lines[row, LAW], machine.mode[row, 0]
     displacement = between(machine, row, series.y, 0, 0)
     velocity = between(machine, row, series.y, n, 0)

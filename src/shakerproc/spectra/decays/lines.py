@@ -293,8 +293,8 @@ def free_start(samples: FloatArray, inputs: FloatArray) -> int:
     start = max(starts)
     if start > (1.0 - LEAST_FREE_PART) * n_samples:
         raise SpectrumError(
-            f"no free part: {why}; record until the motion has died away, give the input the "
-            "role force or control and what is none another, or crop: {from: ..., to: ...}"
+            f"no free part: {why}. Record until the motion has died away, give only the input "
+            "the role force or control, or crop: {from: ..., to: ...}"
         )
     return start
 

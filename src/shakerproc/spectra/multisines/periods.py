@@ -117,8 +117,8 @@ def layout_of(
     if needed > n_samples or periods < 1:
         raise SpectrumError(
             f"{realisations} realisations of {max(periods, 1)} periods of {period:.6g} s need "
-            f"{needed / sample_rate:.6g} s, and the run has {n_samples / sample_rate:.6g} s; "
-            "correct period, periods or realisations under multisine, or the crop"
+            f"{needed / sample_rate:.6g} s, and the run has {n_samples / sample_rate:.6g} s. "
+            "Correct period, periods or realisations under multisine, or the crop"
         )
     return PeriodLayout(n_period, periods, realisations, step)
 
@@ -136,7 +136,7 @@ def samples_of_period(period: float, sample_rate: float) -> int:
     if abs(exact - n_period) > PERIOD_ROUNDING or n_period < SHORTEST_PERIOD:
         raise SpectrumError(
             f"a period of {period:.9g} s is {exact:.9g} samples at {sample_rate:.9g} Hz, and a "
-            f"whole number from {SHORTEST_PERIOD} on is needed; write "
+            f"whole number from {SHORTEST_PERIOD} on is needed. Write "
             f"{max(n_period, SHORTEST_PERIOD) / sample_rate:.9g} s if it was that, else record "
             "with the clock of the generator, or resample"
         )

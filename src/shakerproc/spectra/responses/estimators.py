@@ -316,7 +316,7 @@ def _ratio(above: Values, below: NDArray[Any]) -> Values:
 
 
 def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
-    r"""Return the spectra of all channels without what is linear in some of them.
+    r"""Return the spectra of all channels without their parts that are linear in some of them.
 
     .. math:: S_{yz \cdot x} = S_{yz} - S_{yx} S_{xx}^{+} S_{xz}
 

@@ -179,8 +179,8 @@ def lines_sentence(lines: Sequence[SpectralLine]) -> str:
     )
     return (
         f"The control holds {'a steady tone' if one else 'steady tones'} at {hz}{more} Hz with "
-        f"{power_of(lines):.0%} of its power: what the responses do there and at its multiples "
-        f"is not taken for a resonance.{drive}"
+        f"{power_of(lines):.0%} of its power. Responses there and at its multiples "
+        f"are not taken for a resonance.{drive}"
     )
 
 

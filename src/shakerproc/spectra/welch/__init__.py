@@ -1,1 +1,1 @@
-"""Spectra by averaging segments (Welch), and what they add up to."""
+"""Spectra by averaging segments (Welch), and their sums."""

@@ -209,7 +209,7 @@ class _Sums:
         self.totals = np.zeros(n_channels)
 
     def _hold(self, block: FloatArray) -> int:
-        """Put what fits of a block into the tail; return how many samples that are."""
+        """Fill the tail from a block; return the number of samples taken."""
         count: int = min(block.shape[1], self.span - self.held)
         self.tail[:, self.held : self.held + count] = block[:, :count]
         self.held += count
@@ -256,7 +256,7 @@ class _Sums:
         np.multiply(pieces, self.window, out=target)
 
     def _fill_segments_compiled(self, samples: FloatArray, first: int, count: int) -> None:
-        """Do the same, at once where no mean of the segment is taken away."""
+        """Fill the windowed segments in compiled code, where no mean is taken away."""
         if self.detrend == "segment mean":
             self._fill_segments(samples, first, count)
             return
@@ -266,7 +266,7 @@ class _Sums:
         window_segments(samples, first, self.step, self.window, self.offset, segments)
 
     def _multiply(self, spectra: ComplexArray) -> None:
-        """Add the products of inputs with what follows, and the powers of all channels."""
+        """Add the products of inputs with later channels, and the powers of all channels."""
         count = len(spectra)
         conjugates = np.conjugate(spectra, out=self.conjugates[:count])
         for i in range(self.n_channels):
@@ -280,7 +280,7 @@ class _Sums:
             self.fourth[i] += np.einsum("sf,sf->f", power, power)
 
     def _multiply_compiled(self, spectra: ComplexArray) -> None:
-        """Do the same."""
+        """Add products and powers of the spectra in compiled code."""
         from shakerproc.spectra.kernels import add_products  # loads the compiler: late
 
         real, imaginary = np.zeros((2, *self.products.shape))
@@ -310,8 +310,8 @@ class _Sums:
         """
         if self.held < self.window.size and not self.n_segments:
             raise SpectrumError(
-                f"{self.n_samples} samples are fewer than one segment of {self.window.size}: "
-                "take a longer crop, or a shorter segment (processing: {welch: {segment: "
+                f"{self.n_samples} samples are fewer than one segment of {self.window.size}. "
+                "Take a longer crop, or a shorter segment (processing: {welch: {segment: "
                 f"{max(8, 1 << max(self.n_samples // 4, 1).bit_length() - 1)}}}}} in the log, "
                 "or --segment)"
             )

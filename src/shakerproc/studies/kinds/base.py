@@ -165,7 +165,7 @@ class AbstractKind(ABC):
         """Return the finding of one job; jobs run side by side."""
 
     def check_job(self, study: Study, job: StudyJob) -> None:
-        """Pass a job that can be computed; a kind that steps through no run says what it needs.
+        """Raise where a job cannot be computed; a kind without runs says its needs.
 
         Raises
         ------
@@ -204,7 +204,7 @@ class AbstractKind(ABC):
 
     @final
     def check(self, study: Study) -> None:
-        """Pass a study that has what this kind needs.
+        """Raise where a study lacks a need of this kind.
 
         Raises
         ------

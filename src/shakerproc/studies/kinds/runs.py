@@ -1,4 +1,4 @@
-"""What runs show: motion against time, in phase planes and Poincaré maps, and densities."""
+"""Motion against time, in phase planes and Poincaré maps, and densities of runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -364,7 +364,7 @@ class Spectra(AbstractKind):
 
 @final
 class SpectrogramKind(AbstractKind):
-    """Spectrogram of one run; option ``of excitation`` (1) for what drives it."""
+    """Spectrogram of one run; option ``of excitation`` (1) for that of the excitation."""
 
     options: ClassVar[Mapping[str, Option]] = MappingProxyType({
         "of excitation": Option("1", most=1, whole=True),
