@@ -10,12 +10,7 @@ import numpy as np
 
 from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.fitted_numbers import (
-    FittedNumbers,
-    fit_of,
-    fit_to_fewer,
-    numbers_of,
-)
+from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fit_to_fewer, numbers_of
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
@@ -27,6 +22,7 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
+from shakerproc.forecasts.fitting import fit_of_levels
 from shakerproc.forecasts.levels import (
     ALLOWED,
     JudgedLimit,
@@ -349,7 +345,7 @@ def evidence_of(
             alike = driven_alike(near[0].test, test.test)
             yield from freed(raw(own, test, highest), there, alike=alike)
 
-    alone = fit_of(model, fitted, say)
+    alone = fit_of_levels(model, fitted, say)
     numbers = numbers_of(alone)
     errors = list(errors_of(numbers, fitted, fitted))
     below: tuple[Measured, ...] = ()
