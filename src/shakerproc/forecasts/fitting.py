@@ -1,4 +1,4 @@
-"""Numbers of a model fitted to the levels that were run: to whole tests at once, if they can."""
+"""Numbers of a model fitted to the levels that were run, to whole tests at once if possible."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
