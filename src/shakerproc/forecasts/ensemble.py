@@ -23,6 +23,7 @@ from shakerproc.forecasts.quantities import (
 )
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
+from shakerproc.runs.opening import stated
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
 from shakerproc.testlog import Test
 
@@ -277,7 +278,10 @@ class Drives:
         drive = louder * (self._samples(number) if number else self._first)
         given = prepare_like(drive, self._prepared)
         planned = self.planned
-        return motion_of(model, given, drive, planned.compared, gains, table=planned.table)
+        return motion_of(
+            model, given, drive, planned.compared, gains,
+            conditions=stated(planned.test), table=planned.table,
+        )  # fmt: skip
 
     def _samples(self, number: int) -> FloatArray:
         planned, generator = self.planned, np.random.default_rng([self.seed, 1, number])
