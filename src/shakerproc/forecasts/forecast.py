@@ -79,8 +79,8 @@ from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.header import Limit
 
 OUTSIDE: Final = 0.01
-"""Share of its ends by which the band of a planned test, or its condition, may lie outside those
-of the tests that were run [-]."""
+"""Share of its ends by which band or condition of a planned test may lie outside those of the
+tests that were run [-]."""
 
 FAR_DB: Final = 12.0
 """Distance in level from which a forecast is called far: four times the amplitude [dB]."""
