@@ -76,7 +76,7 @@ def kind_of(model: Model, test: Test, conditions: Conditions) -> Kind:
 
 
 def kind_of_measured(model: Model, measured: Measured) -> Kind:
-    """Return how a test that was run was driven, and what its conditions made of the model [-]."""
+    """Return how a test was driven that was run, and under which shares [-]."""
     return kind_of(model, measured.test, measured.conditions)
 
 
