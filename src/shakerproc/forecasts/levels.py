@@ -88,10 +88,11 @@ def nearest_level(
     Those that are driven alike under other conditions come before all others.
     """
     kinds = [kind_of_measured(model, test) for test in tests]
-    for n in (3, 2, 0):
-        alike = [test for test, kind in zip(tests, kinds, strict=True) if kind[:n] == to[:n]]
-        if alike:
-            break
+    alike = next(
+        found
+        for n in (3, 2, 0)
+        if (found := [t for t, kind in zip(tests, kinds, strict=True) if kind[:n] == to[:n]])
+    )
     apart = [abs(decibels(amplitude_of_measured(test) / amplitude)) for test in alike]
     first = amplitude_of_measured(alike[apart.index(min(apart))])
     return [
