@@ -2,10 +2,12 @@
 
 ``python -m benchmarks.forecast [FIRST [COUNT]] [--store FILE] [--classes A,B]``. The model of
 each campaign is the nominal one with the hidden effect, all its numbers 10 % off; of a class
-that begins with ``without:`` the effect is left out: an incomplete library. Sensors are
-calibrated to 1 %. The truth of the next level is simulated by the code of the hidden campaigns,
-which shares none with the program. Linear scaling stands beside the forecast. ``--store`` keeps
-the values: campaigns that are there already are not run again. ``BLIND_SECONDS=7`` in the
+that begins with ``without:`` the effect is left out: an incomplete library. Gains of channels
+are off by chance, with the standard uncertainty of a sensor of which no sheet says one: 1 %.
+The truth of the next level is simulated by the code of the hidden campaigns, which shares none
+with the program. Linear scaling stands beside the forecast. Where the motion runs away, a
+forecast has no values; whether the truth runs away there is counted. ``--store`` keeps the
+values: campaigns that are there already are not run again. ``BLIND_SECONDS=7`` in the
 environment makes tests of 7 s, of 20 s by default.
 """
 
@@ -18,6 +20,7 @@ from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from blind.campaign import Campaign
 from blind.campaigns import Drawn
 from blind.excitations import SAMPLE_RATE
 from blind.recorder import responses
@@ -27,7 +30,7 @@ from blind import campaigns, folder
 from shakerproc.comparison import Measured
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.diagnosis.data.from_files import tests_of
-from shakerproc.errors import ShakerprocError
+from shakerproc.errors import ShakerprocError, SimulationError
 from shakerproc.forecasts import TestForecast, forecast_tests
 from shakerproc.forecasts.quantities import densities
 from shakerproc.model_files import read_model
@@ -47,6 +50,8 @@ CLASSES = (
 models need."""
 ABOVE_DB = (6.0, 12.0)
 OFF = 1.1
+GAIN_SPREAD = 0.01
+"""Standard deviation of the gain of a channel: that of a sensor without a sheet [-]."""
 WHAT = ("rms", "peak", "peak_frequency_hz")
 
 
@@ -88,7 +93,8 @@ class Ready:
 def ready(seed: int, text: str) -> Ready:
     """Return the campaign of this seed and class."""
     incomplete = text.startswith("without:")
-    drawn = campaigns.draw_all(seed, f"{text.removeprefix('without:')}@gain_error")
+    drawn = campaigns.draw_all(seed, text.removeprefix("without:"))
+    drawn = replace(drawn, campaign=_read_wrong(drawn.campaign))
     with tempfile.TemporaryDirectory(prefix="forecast-") as place:
         log_path, model_path = folder.write(drawn.campaign, Path(place))
         log, model = read_testlog(log_path), read_model(model_path)
@@ -97,17 +103,43 @@ def ready(seed: int, text: str) -> Ready:
         return Ready(drawn, model, log, tuple(tests_of(log, model).tests))
 
 
+def _read_wrong(campaign: Campaign) -> Campaign:
+    """Return a campaign whose channels read too much or too little, the same in every test."""
+    rng = np.random.default_rng([campaign.seed, 1])
+    first = campaign.tests[0]
+    of_inputs, of_responses = (
+        1.0 + GAIN_SPREAD * rng.standard_normal((len(rows), 1))
+        for rows in (first.control, first.response)
+    )
+    tests = (
+        replace(test, control=of_inputs * test.control, response=of_responses * test.response)
+        for test in campaign.tests
+    )
+    return replace(campaign, tests=tuple(tests))
+
+
 def campaign(seed: int, text: str) -> Iterator[Score]:
     """Yield the scores of one campaign."""
     own = ready(seed, text)
     drawn, log = own.drawn, own.log
     planned = [planned_test(log.tests[2], drawn, above) for above in ABOVE_DB]
-    found = forecast_tests(own.model, log, own.tests, planned)
-    for above, one in zip(ABOVE_DB, found.tests, strict=True):
-        truth = _truth(drawn, above, one)
-        if truth is None:
-            print(f"  {text} {seed}: the truth runs away at {above:+.0f} dB")
+    try:
+        found = forecast_tests(own.model, log, own.tests, planned).tests
+    except SimulationError:  # by one of them: the lower may have a forecast
+        try:
+            found = forecast_tests(own.model, log, own.tests, planned[:1]).tests
+        except SimulationError:
+            found = ()
+    for i, above in enumerate(ABOVE_DB):
+        one = found[i] if i < len(found) else None
+        motion = _louder(drawn, above)
+        if one is None or motion is None:
+            print(
+                f"  {text} {seed} at {above:+.0f} dB: {_goes(one)} in the forecast, "
+                f"{_goes(motion)} in truth"
+            )
             continue
+        truth = _truth(drawn, motion, one)
         for quantity, spread in one.spreads.items():
             if quantity.whose == "response":
                 value = truth[quantity.name, quantity.what]
@@ -115,6 +147,10 @@ def campaign(seed: int, text: str) -> Iterator[Score]:
                     text, above, quantity.what, spread.value, *spread.band,
                     one.linear[quantity], value,
                 )  # fmt: skip
+
+
+def _goes(found: object) -> str:
+    return "runs away" if found is None else "goes on"
 
 
 def _effects(drawn: Drawn) -> list[Element]:
@@ -143,18 +179,18 @@ def planned_test(loudest: Test, drawn: Drawn, above: float) -> Test:
     )  # fmt: skip
 
 
-def _truth(
-    drawn: Drawn, above: float, one: TestForecast
-) -> dict[tuple[str, str], float] | None:
-    """Return what the next level does, by the code of the hidden campaigns."""
+def _louder(drawn: Drawn, above: float) -> Motion | None:
+    """Return the true motion so far above the loudest level [dB]; None where it runs away."""
     plan = drawn.plan
     drive = plan.drives[2]
     louder = replace(
         drive, level=drive.level * 10.0 ** (above / 20.0), seed=(*drive.seed, round(above))
     )
-    _, motion = replace(plan, limit=100.0 * plan.limit).move(louder, 2)
-    if motion is None:
-        return None
+    return replace(plan, limit=100.0 * plan.limit).move(louder, 2)[1]
+
+
+def _truth(drawn: Drawn, motion: Motion, one: TestForecast) -> dict[tuple[str, str], float]:
+    """Return what the sensors should record of a true motion."""
     rows = recorded(drawn, motion, one.planned.compared)
     spectra = densities(rows, SAMPLE_RATE, one.planned.excited)
     found = {}

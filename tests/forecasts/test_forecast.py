@@ -33,12 +33,15 @@ sensors: {{ch3: {{at: coupon, measures: acceleration}}}}
 """
 
 
-def response_of(base):
+def transmissibility(f, damping=RATIO):
+    ratio = f / FREQUENCY
+    return (1.0 + 2j * damping * ratio) / (1.0 - ratio**2 + 2j * damping * ratio)
+
+
+def response_of(base, damping=RATIO):
     """Return the absolute acceleration of an oscillator, by its transfer function."""
     n = base.size
-    f = np.fft.rfftfreq(2 * n, 1.0 / RATE)
-    ratio = f / FREQUENCY
-    gain = (1.0 + 2j * RATIO * ratio) / (1.0 - ratio**2 + 2j * RATIO * ratio)
+    gain = transmissibility(np.fft.rfftfreq(2 * n, 1.0 / RATE), damping)
     return np.fft.irfft(gain * np.fft.rfft(base, 2 * n), 2 * n)[:n]
 
 
@@ -52,8 +55,11 @@ def exact(density):
     return [np.sqrt(density * G**2 * np.trapezoid(one, f)) for one in (gain, stretch)]
 
 
-def write(folder, densities=DENSITIES, tests="", limits="{}"):
-    """Write a campaign: CSV recordings of band-limited noise and the response to it."""
+def write(folder, densities=DENSITIES, tests="", limits="{}", volts=()):
+    """Write a campaign: CSV recordings of band-limited noise and the response to it.
+
+    Where tests are at so many volts, each adds 1 % to a damping ratio of 2 %.
+    """
     rows, generator = [], np.random.default_rng(3)
     (folder / "recordings").mkdir(parents=True)
     n = round(SECONDS * RATE)
@@ -64,13 +70,16 @@ def write(folder, densities=DENSITIES, tests="", limits="{}"):
         base = np.fft.irfft(spectrum, n)
         base *= G * np.sqrt(density * (HIGH - LOW)) / np.std(base)
         base[: n // 10] = base[-n // 20 :] = 0.0
-        both = np.array([base, response_of(base)])
+        damping = 0.02 + 0.01 * volts[i - 1] if volts else RATIO
+        both = np.array([base, response_of(base, damping)])
         both += 1e-3 * both.std(axis=1)[:, None] * generator.standard_normal(both.shape)
         table = np.column_stack([np.arange(n) / RATE, *(both / G)])
         np.savetxt(folder / "recordings" / f"{i}.csv", table, delimiter=",", comments="",
                    header="time [s],control [g],response [g]")  # fmt: skip
         rows.append(f"  - {{id: {i}, recording: {i}.csv, excitation: random, "
-                    f"level: {density} g^2/Hz, from: {LOW} Hz, to: {HIGH} Hz}}")  # fmt: skip
+                    f"level: {density} g^2/Hz, from: {LOW} Hz, to: {HIGH} Hz"
+                    + (f", conditions: {{voltage: {volts[i - 1]} V}}}}" if volts else "}")
+                    )  # fmt: skip
     log = folder / "log.yaml"
     head = (
         "testlog: 1\nchannels:\n  control: {role: control}\n  response: {role: response, "
@@ -127,15 +136,51 @@ def test_a_linear_model_is_forecast_as_the_closed_form_says(tmp_path):
     assert row.startswith("9,response,ch3,rms,")
 
 
+@pytest.mark.long
+@pytest.mark.slow
+def test_each_test_is_forecast_under_its_own_condition(tmp_path):
+    """Run at 0 and 2 V, planned at 4 V, where the damping ratio is 6 %; at 0 V it is 2 %."""
+    planned = PLANNED.replace("20 s}", "10 s, conditions: {voltage: 4 V}}")
+    model, log = write(tmp_path / "c", tests=planned, volts=(0, 2, 0))
+    coil = f"damping: {2.2 * 0.02 * MASS * OMEGA:.8g} N s/m, scaled_by: {{voltage: 2 V}}}}"
+    text = model.read_text("utf-8").replace(
+        "excitation:", f"  - {{kind: damper, between: [base, coupon], {coil}\nexcitation:"
+    )
+    model.write_text(text, "utf-8")
+    out, target = tmp_path / "out", tmp_path / "f.json"
+    found = run(model, log, "--out", out, "--json", target, "--no-figures")
+    assert found.exit_code == 0, found.output
+    document = json.loads(target.read_text("utf-8"))
+    assert "test 9 is at a voltage of 4 V, which no test was run at or beyond" in str(
+        document["notes"]
+    )
+    ch3 = document["tests"][0]["responses"]["ch3"]
+    f = np.linspace(LOW, HIGH, 400_000)
+    gain = np.abs(transmissibility(f, 0.06)) ** 2
+    rms = np.sqrt(0.064 * G**2 * np.trapezoid(gain, f))
+    assert_allclose(ch3["rms"]["value"], rms, rtol=0.03)
+    assert ch3["rms"]["low"] < rms < ch3["rms"]["high"]
+    assert ch3["rms"]["linear"] > 1.5 * rms
+
+
+def test_a_planned_test_that_says_no_condition_is_refused(tmp_path):
+    model, log = write(tmp_path / "c", tests=PLANNED, volts=(0, 2, 0))
+    text = model.read_text("utf-8").replace("N s/m}", "N s/m, scaled_by: {voltage: 2 V}}")
+    model.write_text(text, "utf-8")
+    found = run(model, log)
+    assert found.exit_code == 1
+    assert "test 9 says no voltage; add conditions: {voltage: 2 V} to it" in str(
+        found.exception
+    )
+
+
 def exact_rms(profile):
     """Return the rms response to a density of breakpoints, by its integral [m/s^2]."""
     f = np.linspace(LOW, HIGH, 400_000)
     corners = [one["frequency_hz"] for one in profile]
     levels = [one["level_g2_per_hz"] for one in profile]
     density = G**2 * np.exp(np.interp(np.log(f), np.log(corners), np.log(levels)))
-    ratio = f / FREQUENCY
-    gain = np.abs((1.0 + 2j * RATIO * ratio) / (1.0 - ratio**2 + 2j * RATIO * ratio)) ** 2
-    return np.sqrt(np.trapezoid(gain * density, f))
+    return np.sqrt(np.trapezoid(np.abs(transmissibility(f)) ** 2 * density, f))
 
 
 @pytest.mark.long

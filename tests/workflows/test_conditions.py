@@ -193,23 +193,6 @@ def test_what_cannot_yet_take_conditions_says_so(tmp_path):
         sp.simulate(sp.read_model(model), np.ones(100), 1000.0)
 
 
-def test_a_forecast_takes_tests_under_one_condition(tmp_path):
-    """Refused before anything is fitted where a planned test has another voltage."""
-    said = ("voltage: 1 V", "voltage: 1 V", "voltage: 2 V")
-    model, log = campaign(tmp_path, *said)
-    assert completed("simulate", model, log, "--duration-s", "2", "--no-growth").returncode == 0
-    text = log.read_text("utf-8").replace("recording: 3.tdms", "planned: true, duration: 2 s")
-    log.write_text(text, "utf-8")
-    told = completed("forecast", model, log)
-    assert told.returncode == 1
-    assert (
-        "a forecast cannot yet take tests under several conditions, and voltage" in told.stderr
-    )
-    log.write_text(text.replace("{voltage: 2 V}", "{voltage: 1000 mV}"), "utf-8")
-    told = completed("forecast", model, log)  # which needs another level
-    assert "fewer than two levels" in told.stderr or "another level" in told.stderr
-
-
 @pytest.mark.slow
 @pytest.mark.long
 def test_an_effect_is_added_to_the_file_with_what_scales_it(tmp_path):

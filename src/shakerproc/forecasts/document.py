@@ -23,6 +23,12 @@ SCHEMA: Final = "shakerproc-forecast/1"
 """What a forecast.json holds."""
 
 
+def as_shown(unit: str, *values: float | None) -> tuple[str, list[float | None]]:
+    """Return the unit that a quantity is shown in, and values of it [that unit]."""
+    name, factor = SHOWN.get(unit, (unit, 1.0))
+    return name, [None if value is None else value / factor for value in values]
+
+
 def headline(found: CampaignForecast) -> str:
     """Return go or no-go of all planned tests, with the limit that decides."""
     judged = [(one, limit) for one in found.tests for limit in one.limits]

@@ -23,6 +23,7 @@ from shakerproc.forecasts.quantities import (
 )
 from shakerproc.models import Model
 from shakerproc.planning.drive import drive_of_test
+from shakerproc.runs.opening import stated
 from shakerproc.simulation.inputs import prepare_like, prepare_measured
 from shakerproc.testlog import Test
 
@@ -209,7 +210,7 @@ def ensemble(
             samples = samples_of(quantity, model, motion, planned.carried)
             rows_of.append(passage(planned.test, motion, samples))
     if 2 * len(values) < count:
-        where = f" in {count - len(values)} of {count} draws"
+        where = f"in {count - len(values)} of {count} draws of its numbers"
         raise SimulationError(_runs_away(numbers, planned, where))
     names = list(numbers.model.sensors)
     stacked = np.array(drawn_densities)
@@ -233,15 +234,15 @@ def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> TestMotion:
     """
     found = drives.motion(0, numbers.model, numbers.gain, 1.0)
     if found is None:
-        raise SimulationError(_runs_away(numbers, drives.planned, ""))
+        raise SimulationError(_runs_away(numbers, drives.planned, "with its fitted numbers"))
     return found
 
 
 def _runs_away(numbers: FittedNumbers, planned: Planned, where: str) -> str:
     return (
         f"{planned.test.source}: test {planned.test.id}: the motion of {numbers.model.title} "
-        f"runs away{where} of its numbers; these tests do not tell them well enough for this "
-        "level."
+        f"runs away {where}. Either these tests do not tell them well enough for "
+        "this level, or its law ends before it: run a level in between."
     )
 
 
@@ -277,7 +278,10 @@ class Drives:
         drive = louder * (self._samples(number) if number else self._first)
         given = prepare_like(drive, self._prepared)
         planned = self.planned
-        return motion_of(model, given, drive, planned.compared, gains, table=planned.table)
+        return motion_of(
+            model, given, drive, planned.compared, gains,
+            conditions=stated(planned.test), table=planned.table,
+        )  # fmt: skip
 
     def _samples(self, number: int) -> FloatArray:
         planned, generator = self.planned, np.random.default_rng([self.seed, 1, number])

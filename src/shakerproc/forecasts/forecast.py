@@ -10,12 +10,7 @@ import numpy as np
 
 from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.fitted_numbers import (
-    FittedNumbers,
-    fit_of,
-    fit_to_fewer,
-    numbers_of,
-)
+from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fit_to_fewer, numbers_of
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
@@ -27,6 +22,7 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
+from shakerproc.forecasts.fitting import fit_of_levels
 from shakerproc.forecasts.levels import (
     ALLOWED,
     JudgedLimit,
@@ -34,10 +30,11 @@ from shakerproc.forecasts.levels import (
     amplitude_of_measured,
     decibels,
     drive_rms,
-    driven_alike,
     excited_band,
     grouped,
     in_order,
+    kind_of,
+    kind_of_measured,
     level_of,
     nearest_level,
     quantity_of,
@@ -69,10 +66,11 @@ from shakerproc.forecasts.quantities import (
     UncertainQuantity,
     densities,
     largest_in,
+    samples_besides,
     spread_of,
     values_of_motion,
 )
-from shakerproc.models import Conditions, Model
+from shakerproc.models import Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.drive import duration_of_test
 from shakerproc.planning.rehearsal import check_drive
@@ -81,8 +79,8 @@ from shakerproc.testlog import Test, TestLog
 from shakerproc.testlog.header import Limit
 
 OUTSIDE: Final = 0.01
-"""Share of its ends by which the band of a planned test may lie outside that of the tests that
-were run [-]."""
+"""Share of its ends by which band or condition of a planned test may lie outside those of the
+tests that were run [-]."""
 
 FAR_DB: Final = 12.0
 """Distance in level from which a forecast is called far: four times the amplitude [dB]."""
@@ -130,7 +128,9 @@ class ModelEvidence:
     def nearest(self, test: Test, count: int) -> "Nearest":
         """Return the level that was run next to a planned test, and so many draws of it [-]."""
         fitted = [run.measured for run in self.runs if not run.measured.test.hold_out]
-        near = nearest_level(fitted, test, amplitude_of(test) or self.highest)
+        model = self.numbers.model
+        kind = kind_of(model, test, stated(test))
+        near = nearest_level(model, fitted, kind, amplitude_of(test) or self.highest)
         key = (tuple(one.name for one in near), count)
         if key not in self.simulated:
             self.simulated[key] = mean_errors([
@@ -140,7 +140,7 @@ class ModelEvidence:
                     self.numbers, one, prepared_drive(one), self.highest, count
                 )
             ])
-        alike = driven_alike(near[0].test, test)
+        alike = kind_of_measured(model, near[0]) == kind
         amplitude = max(map(amplitude_of_measured, near))
         return Nearest(self.simulated[key], amplitude, alike)
 
@@ -293,10 +293,13 @@ def forecast_tests(
         If fewer than two levels were run, or the model does not fit the tests.
     LogError
         If a planned test or a limit cannot be forecast.
+    ModelError
+        If a test does not say a condition that scales the model.
     SimulationError
         If a motion runs away.
     """
-    model = _under_one(model, [*(one.conditions for one in tests), *map(stated, planned)])
+    for conditions in (*(one.conditions for one in tests), *map(stated, planned)):
+        model.under(conditions)  # says whether one lacks what scales the model
     ready = [_planned(log, one, model, tests) for one in planned]
     quantities = [(limit, quantity_of(limit, model, log)) for limit in log.limits]
     if wish is not None:
@@ -344,12 +347,13 @@ def evidence_of(
     ) -> Iterator[LevelError]:
         highest = max(map(amplitude_of_measured, known))
         for test in of:
-            near = nearest_level(known, test.test, amplitude_of_measured(test))
+            kind = kind_of_measured(model, test)
+            near = nearest_level(model, known, kind, amplitude_of_measured(test))
             there = [one for other in near for one in raw(own, other, highest)]
-            alike = driven_alike(near[0].test, test.test)
+            alike = kind_of_measured(model, near[0]) == kind
             yield from freed(raw(own, test, highest), there, alike=alike)
 
-    alone = fit_of(model, fitted, say)
+    alone = fit_of_levels(model, fitted, say)
     numbers = numbers_of(alone)
     errors = list(errors_of(numbers, fitted, fitted))
     below: tuple[Measured, ...] = ()
@@ -383,25 +387,6 @@ def _levels(log: TestLog, tests: Sequence[Measured]) -> list[list[Measured]]:
     while levels and all(one.test.hold_out for one in levels[0]):
         levels.pop(0)
     return levels
-
-
-def _under_one(model: Model, conditions: Sequence[Conditions]) -> Model:
-    """Return the model under the conditions that all tests have.
-
-    Raises
-    ------
-    DiagnosisError
-        If they differ in what scales the model.
-    """
-    shares = {tuple(scale.share(one) for scale in model.scales) for one in conditions}
-    if len(shares) > 1:
-        names = " and ".join(dict.fromkeys(scale.condition for scale in model.scales))
-        raise DiagnosisError(
-            f"{model.title}: a forecast cannot yet take tests under several conditions, and "
-            f"{names} is not the same in all of them, those planned among them. Set the others "
-            "discarded in a copy of the log."
-        )
-    return model.under(conditions[0])
 
 
 def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) -> Planned:
@@ -474,7 +459,7 @@ def _forecast(
     ratio = amplitude / amplitude_of_measured(run.measured)
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
-    linear = _linear(run, spreads, float(np.std(motion.drive)), ratio)
+    linear = _linear(evidence.numbers.model, run, spreads, float(np.std(motion.drive)), ratio)
     carried = {
         q: decibels(float(np.median(made.values[q]) / one.value)) for q, one in spreads.items()
     }
@@ -550,13 +535,24 @@ def _spread(
 
 
 def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
-    """Return the highest level that was run, of the same excitation where there is one."""
-    alike = [r for r in evidence.runs if r.measured.test.excitation == planned.test.excitation]
-    return max(alike or evidence.runs, key=lambda run: amplitude_of_measured(run.measured))
+    """Return the highest level that was run, of the same excitation where there is one.
+
+    And under the same conditions, if it is.
+    """
+    model, test = evidence.numbers.model, planned.test
+    excitation, _, shares = kind_of(model, test, stated(test))
+    alike = [r for r in evidence.runs if r.measured.test.excitation == excitation]
+    same = [r for r in alike if kind_of_measured(model, r.measured)[2] == shares]
+    runs = same or alike or evidence.runs
+    return max(runs, key=lambda run: amplitude_of_measured(run.measured))
 
 
 def _linear(
-    run: ModelledRun, spreads: dict[Quantity, UncertainQuantity], drive: float, ratio: float
+    model: Model,
+    run: ModelledRun,
+    spreads: dict[Quantity, UncertainQuantity],
+    drive: float,
+    ratio: float,
 ) -> dict[Quantity, float]:
     """Return each quantity by linear scaling of a run.
 
@@ -564,16 +560,30 @@ def _linear(
     them under the measured drive. A drive that is measured at rest in part is scaled as it is.
     """
     part = slice(run.measured.start, run.measured.stop)
+    besides = samples_besides(model, run.motion)
     louder = drive / drive_rms(run.measured)
     found = {}
     for quantity in spreads:
         if quantity.whose == "response":
             scale = 1.0 if quantity.what == "peak_frequency_hz" else louder
             found[quantity] = scale * run.values[quantity]
-        elif quantity.whose == "joint":
-            pair = next(p for p in run.motion.joints if "-".join(p) == quantity.name)
-            row = getattr(run.motion.joints[pair], quantity.what)[part]
-            found[quantity] = ratio * float(np.max(np.abs(row - np.mean(row))))
+        elif quantity in besides:
+            found[quantity] = ratio * largest_in(besides[quantity][part])
+    return found
+
+
+def _conditions_beyond(evidence: ModelEvidence, test: Test) -> list[str]:
+    """Return that a planned test is at a condition beyond those that were run, for each."""
+    found, said = [], stated(test)
+    for scale in evidence.numbers.model.scales:
+        run = [scale.share(one.measured.conditions) for one in evidence.runs]
+        share = scale.share(said)
+        if not min(run) * (1.0 - OUTSIDE) <= share <= max(run) * (1.0 + OUTSIDE):
+            found.append(
+                f"test {test.id} is at a {scale.condition} of {said.values[scale.condition]}, "
+                "which no test was run at or beyond: its bands hold only if the force goes on "
+                "in proportion"
+            )
     return found
 
 
@@ -597,6 +607,7 @@ def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str,
                 f"test {one.planned.test.id} is {numeral(one.distance_db)} dB above what was "
                 "run: its bands hold only if nothing new happens in between; run a level there"
             )
+        found += _conditions_beyond(evidence, one.planned.test)
         if one.made.failed:
             found.append(
                 f"test {one.planned.test.id}: the motion ran away in {one.made.failed} draws "

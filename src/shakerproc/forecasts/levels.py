@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import sqrt
-from typing import Final, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
@@ -13,13 +13,17 @@ from shakerproc.comparison.part import AROUND
 from shakerproc.errors import LogError
 from shakerproc.forecasts.motion import What
 from shakerproc.forecasts.quantities import Quantity
-from shakerproc.models import Model
+from shakerproc.models import Conditions, Model
 from shakerproc.numerals import numeral
 from shakerproc.planning.drive import noise_profile
 from shakerproc.planning.planned import level_text
 from shakerproc.testlog import BROADBAND, Test, TestLog
 from shakerproc.testlog.excitation import LEVELS
 from shakerproc.testlog.header import Limit
+
+Kind: TypeAlias = tuple[str | None, bool, tuple[float, ...]]
+"""Excitation of a test, whether it sweeps upwards or not at all, and the shares of their forces
+that the elements have which its conditions scale [-]."""
 
 ONE_LEVEL_DB: Final = 1.0
 """Difference up to which tests are of one level: what controllers keep to [dB]."""
@@ -65,19 +69,30 @@ def grouped(tests: Sequence[Measured]) -> list[list[Measured]]:
     return found
 
 
-def driven_alike(one: Test, other: Test) -> bool:
-    """Return whether tests are of one kind of excitation, and sweeps of one direction."""
-    return one.excitation == other.excitation and _rises(one) == _rises(other)
+def kind_of(model: Model, test: Test, conditions: Conditions) -> Kind:
+    """Return how a test is driven, and what its conditions make of the model [-]."""
+    rises = test.from_hz is None or test.to_hz is None or test.from_hz <= test.to_hz
+    return test.excitation, rises, tuple(scale.share(conditions) for scale in model.scales)
 
 
-def _rises(test: Test) -> bool:
-    """Return whether a test sweeps upwards, or not at all."""
-    return test.from_hz is None or test.to_hz is None or test.from_hz <= test.to_hz
+def kind_of_measured(model: Model, measured: Measured) -> Kind:
+    """Return how a test was driven that was run, and under which shares [-]."""
+    return kind_of(model, measured.test, measured.conditions)
 
 
-def nearest_level(tests: Sequence[Measured], to: Test, amplitude: float) -> list[Measured]:
-    """Return the tests of the level next to an amplitude [SI], driven alike if any is."""
-    alike = [test for test in tests if driven_alike(test.test, to)] or list(tests)
+def nearest_level(
+    model: Model, tests: Sequence[Measured], to: Kind, amplitude: float
+) -> list[Measured]:
+    """Return the tests of the level next to an amplitude [SI], driven alike if any is.
+
+    Those that are driven alike under other conditions come before all others.
+    """
+    kinds = [kind_of_measured(model, test) for test in tests]
+    alike = next(
+        found
+        for n in (3, 2, 0)
+        if (found := [t for t, kind in zip(tests, kinds, strict=True) if kind[:n] == to[:n]])
+    )
     apart = [abs(decibels(amplitude_of_measured(test) / amplitude)) for test in alike]
     first = amplitude_of_measured(alike[apart.index(min(apart))])
     return [

@@ -262,7 +262,10 @@ def run_of(numbers: FittedNumbers, measured: Measured, given: Input) -> Modelled
         If the model runs away in it.
     """
     model = numbers.model
-    motion = motion_of(model, given, measured.input, measured.band, numbers.gain)
+    motion = motion_of(
+        model, given, measured.input, measured.band, numbers.gain,
+        conditions=measured.conditions,
+    )  # fmt: skip
     if motion is None:
         raise SimulationError(f"{measured.run}: the motion of {model.title} runs away.")
     rows = in_band(measured.responses, measured.sample_rate, measured.band)
@@ -300,7 +303,9 @@ def level_errors(
     run = run_of(numbers, measured, given)
     every = [_predicted(run.motion, numbers.model, measured)]
     for model, gains in numbers.drawn(count, np.random.default_rng(0)):
-        motion = motion_of(model, given, measured.input, measured.band, gains)
+        motion = motion_of(
+            model, given, measured.input, measured.band, gains, conditions=measured.conditions
+        )
         every.append({} if motion is None else _predicted(motion, model, measured))
     distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
     found = []

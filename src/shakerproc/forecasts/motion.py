@@ -12,7 +12,15 @@ from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.comparison.joints import law_along
 from shakerproc.data import FloatArray
-from shakerproc.models import BASE, AbstractMemorylessEffect, Element, Model, Sensor
+from shakerproc.models import (
+    BASE,
+    AbstractMemorylessEffect,
+    Conditions,
+    Element,
+    Model,
+    Sensor,
+)
+from shakerproc.models.conditions import NO_CONDITIONS
 from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.laws import Law
@@ -79,6 +87,7 @@ def motion_of(
     band: tuple[float, float],
     gains: FloatArray,
     *,
+    conditions: Conditions = NO_CONDITIONS,
     table: bool = False,
 ) -> TestMotion | None:
     """Return the motion of a model from rest; None where it runs away.
@@ -95,10 +104,13 @@ def motion_of(
         Within which responses are recorded [Hz].
     gains : (n_sensors,) array
         What the sensors record over what they should [-].
+    conditions : Conditions
+        Those of the test; the motion has every joint of the model, under whichever.
     table : bool
         Whether the motion of the table is wanted, too.
     """
-    probed = _probed(model)
+    pairs, model = pairs_of(model), model.under(conditions)
+    probed = _probed(model, pairs)
     whole = np.array([(0, 0, given.n_samples)])
     found = free_runs(probed, Runs((given,), whole))
     if found.failed[0]:
@@ -110,15 +122,15 @@ def motion_of(
         rate,
         drive,
         dict(zip(model.sensors, gains[:, None] * responses, strict=True)),
-        {pair: _joint(model, pair, rows, rate) for pair in pairs_of(model)},
+        {pair: _joint(model, pair, rows, rate) for pair in pairs},
         _table(model, drive, rate, band) if table else (),
     )
 
 
-def _probed(model: Model) -> Model:
-    """Return a model with sensors of the motion of every joint's places against the base."""
+def _probed(model: Model, pairs: Sequence[tuple[str, str]]) -> Model:
+    """Return a model with sensors of the motion of joints' places against the base."""
     sensors = dict(model.sensors)
-    for place in {place for pair in pairs_of(model) for place in pair} - {BASE}:
+    for place in {place for pair in pairs for place in pair} - {BASE}:
         sensors[_PLACE + place] = Sensor(place, "relative displacement")
         sensors[_SPEED + place] = Sensor(place, "relative velocity")
     return replace(model, sensors=sensors)

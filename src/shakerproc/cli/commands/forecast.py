@@ -127,36 +127,26 @@ def print_step(step: "LastStep", json: str | None) -> None:
 
     `step` is that level, `json` where JSON goes.
     """
+    from shakerproc.forecasts.document import as_shown
+
     output.data(step.sentence, json_target=json)
     band = step.told_before
     names = ("predicted", *(("low", "high") if band else ()), "measured", "unit", "error [dB]")
-    rows = [
-        (
-            one.response,
-            one.what.replace("_hz", "").replace("_", " "),
-            one.predicted,
-            *((one.low, one.high) if band else ()),
-            one.measured,
-            one.unit,
-            f"{one.error_db:+.2f}",
-        )
-        for one in step.values
-    ]
+    rows = []
+    for one in step.values:
+        told = (one.predicted, *((one.low, one.high) if band else ()), one.measured)
+        unit, values = as_shown(one.unit, *told)
+        what = one.what.replace("_hz", "").replace("_", " ")
+        rows.append((one.response, what, *values, unit, f"{one.error_db:+.2f}"))
     title = f"Test {step.test}, predicted and measured"
     output.print_table(("of", "quantity", *names), rows, title=title, json_target=json)
 
 
 def _rows(one: "TestForecast") -> list[tuple[object, ...]]:
-    from shakerproc.forecasts.document import owner
+    from shakerproc.forecasts.document import as_shown, owner
 
-    return [
-        (
-            owner(q),
-            q.what.replace("_hz", "").replace("_", " "),
-            spread.value,
-            *spread.band,
-            one.linear.get(q),
-            q.unit,
-        )
-        for q, spread in one.spreads.items()
-    ]
+    rows: list[tuple[object, ...]] = []
+    for q, spread in one.spreads.items():
+        unit, values = as_shown(q.unit, spread.value, *spread.band, one.linear.get(q))
+        rows.append((owner(q), q.what.replace("_hz", "").replace("_", " "), *values, unit))
+    return rows

@@ -8,6 +8,7 @@ from shakerproc.data import FloatArray
 from shakerproc.forecasts import CampaignForecast, Quantity, TestForecast
 from shakerproc.forecasts.document import (
     SHOWN,
+    as_shown,
     departures,
     limit_text,
     of_notches,
@@ -133,11 +134,8 @@ def _last_step(step: LastStep) -> ReportSection:
     """Return the prediction for the highest level that was run, beside the measurement."""
     rows = []
     for one in step.values:
-        unit, factor = SHOWN.get(one.unit, (one.unit, 1.0))
-        shown = [
-            "" if v is None else numeral(v / factor)
-            for v in (one.predicted, one.low, one.high, one.measured)
-        ]
+        unit, values = as_shown(one.unit, one.predicted, one.low, one.high, one.measured)
+        shown = ["" if value is None else numeral(value) for value in values]
         rows.append((one.response, _WORDS[one.what], *shown, unit, f"{one.error_db:+.2f} dB"))
     names = ("of", "quantity", "predicted", "low", "high", "measured", "unit", "error")
     table = filled("Predicted and measured.", names, rows)

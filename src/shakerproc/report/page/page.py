@@ -345,7 +345,7 @@ def _provenance(report: Report, methods: Methods) -> list[str]:
         f"shakerproc {__version__}; {methods.packages}.",
         f"Command: {report.command}" if report.command else "",
         f"Options: {options}" if options else f"Options: {rest}",
-        "Every number of this page is in report.json and the tables beside it.",
+        "Every number of this page is in the JSON file and the tables beside it.",
     ]
 
 
