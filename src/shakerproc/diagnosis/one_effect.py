@@ -24,8 +24,8 @@ from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
-from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import with_modes_beside
+from shakerproc.diagnosis.nudged.many_joints import raced
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import Start, free_laws, screen
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor

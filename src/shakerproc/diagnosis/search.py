@@ -34,9 +34,9 @@ from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import is_mostly_noise
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.many_joints import raced
 from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
+from shakerproc.diagnosis.nudged.many_joints import raced
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told, widened
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening

@@ -113,7 +113,9 @@ def _next_mode(
     found: list[tuple[float, LinearParameters, LinearSolution]] = []
     without = None
     for kind, worse in ((attached, 0.0), (driven, GAIN_ENOUGH)):  # all else alike, one attached
-        fall, richer, start = max(kind, key=lambda one: one[0], default=(0.0, parameters, free))
+        fall, richer, start = max(
+            kind, key=lambda one: one[0], default=(0.0, parameters, solution.values)
+        )
         if fall < GAIN_ENOUGH:
             continue
         without = without or solve([test], parameters, solution.values, [extra], free)

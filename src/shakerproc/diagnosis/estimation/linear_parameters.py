@@ -176,7 +176,7 @@ class LinearParameters:
 
     def _shares(self, values: FloatArray) -> tuple[list[float], dict[str, float]]:
         """Return the mass of each mode over what is left of its place, and their sums [-]."""
-        at = [(place, own[2]) for place, _, own in self._of_modes(values) if place is not None]
+        at = [(place, own[2]) for place, _, own in self._attached(values)]
         shares = [MODE_SHARE[0] * float(np.exp(share)) for _, share in at]
         whole = {place: 0.0 for place, _ in at}
         for (place, _), share in zip(at, shares, strict=True):
@@ -196,15 +196,15 @@ class LinearParameters:
         """Return the further modes: together they never take all of the mass of a place."""
         shares, whole = self._shares(values)
         rigid = self.model.rigid_masses
-        at = [one for one in self._of_modes(values) if one[0] is not None]
         return [
-            Mode(
-                *_tuned(frequency, own),
-                rigid[place] * share / (1.0 + whole[place]),
-                {place: 1.0},
-            )
-            for (place, frequency, own), share in zip(at, shares, strict=True)
+            Mode(*_tuned(frequency, own), rigid[at] * share / (1.0 + whole[at]), {at: 1.0})
+            for (at, frequency, own), share in zip(self._attached(values), shares, strict=True)
         ]
+
+    def _attached(self, values: FloatArray) -> list[tuple[str, float, FloatArray]]:
+        """Return, as `_of_modes`, those that sit at a mass."""
+        every = self._of_modes(values)
+        return [(at, frequency, own) for at, frequency, own in every if at is not None]
 
     def driven(self, values: FloatArray) -> tuple[DrivenMode, ...]:
         """Return the further modes that the drive alone excites."""

@@ -85,7 +85,8 @@ class DrivenMode:
 
         Nothing to a sensor of force.
         """
-        s, omega = 2j * np.pi * frequency, 2.0 * np.pi * self.frequency
+        s = np.asarray(2j * np.pi * frequency, np.complex128)
+        omega = 2.0 * np.pi * self.frequency
         of_drive = -1.0 if model.excitation.moves_base else 1.0 / sum(model.masses.values())
         z = of_drive / (s**2 + 2.0 * self.damping_ratio * omega * s + omega**2)
         measures = [sensor.measures for sensor in model.sensors.values()]
