@@ -109,7 +109,8 @@ def _next_mode(
         for frequency in peaks
         for place in parameters.model.masses
     ]
-    driven = [_local_driven(test, before, extra, frequency) for frequency in peaks]
+    known = peaks if limits[1] > 0.0 else []  # beside what does not swing none is a further one
+    driven = [_local_driven(test, before, extra, frequency) for frequency in known]
     found: list[tuple[float, LinearParameters, LinearSolution]] = []
     without = None
     for kind, worse in ((attached, 0.0), (driven, GAIN_ENOUGH)):  # all else alike, one attached
