@@ -109,8 +109,9 @@ def _next_mode(
         for frequency in peaks
         for place in parameters.model.masses
     ]
-    known = peaks if limits[1] > 0.0 else []  # beside what does not swing none is a further one
-    driven = [_local_driven(test, before, extra, frequency) for frequency in known]
+    # beside what does not swing none is a further one; structures state theirs
+    swings = limits[1] > 0.0 and not parameters.model.structures
+    driven = [_local_driven(test, before, extra, f) for f in (peaks if swings else [])]
     found: list[tuple[float, LinearParameters, LinearSolution]] = []
     without = None
     for kind, worse in ((attached, 0.0), (driven, GAIN_ENOUGH)):  # all else alike, one attached
