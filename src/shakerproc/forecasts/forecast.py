@@ -581,7 +581,7 @@ def _conditions_beyond(evidence: ModelEvidence, test: Test) -> list[str]:
         if not min(run) * (1.0 - OUTSIDE) <= share <= max(run) * (1.0 + OUTSIDE):
             found.append(
                 f"test {test.id} is at a {scale.condition} of {said.values[scale.condition]}, "
-                "which no test was run at or beyond: its bands hold only if the force goes on "
+                "which no test was run at or beyond; its bands hold if force goes on "
                 "in proportion"
             )
     return found
