@@ -118,13 +118,16 @@ def holds_in_whole_tests(errors: Errors, *, effects: bool) -> bool:
     return beyond <= max(NEGLIGIBLE, SHARE * was)
 
 
-def with_further_modes(found: Found, chosen: Score, errors: Errors) -> Errors:
-    """Return the errors of whole tests with further modes, which `compare` does not have.
+def over_whole_tests(found: Found, chosen: Score, errors: Errors) -> Errors:
+    """Return the errors of whole tests with all that is fitted and that `compare` has not.
 
-    As they are where the specimen has none, and where whole tests cannot be run.
+    Further modes, what each test has of its own, and corrections of sensors are no finding. The
+    errors are those of `compare` where there is none of that, and where no whole test can be
+    run.
     """
-    known = len(found.before.hypothesis.model.modes)
-    if not found.linear_model.driven and len(found.data.model.modes) == known:
+    modes = len(found.data.model.modes) > len(found.before.hypothesis.model.modes)
+    differs = found.data.plain is not found.data or found.as_recorded is not found.data
+    if not modes and not differs:
         return errors
     whole, alone = found.free_run(chosen), found.free_run(found.linear)
     if whole is None:

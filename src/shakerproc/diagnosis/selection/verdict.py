@@ -46,9 +46,9 @@ from shakerproc.diagnosis.selection.tried import (
     nothing_named,
     outside_curve,
     outside_sentence,
+    over_whole_tests,
     tried,
     untried,
-    with_further_modes,
 )
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
 from shakerproc.diagnosis.selection.which_joint import indistinguishable, joint_notes, shared
@@ -150,7 +150,7 @@ def _doubts(found: Found, chosen: Score, after: Simulated, errors: Errors) -> li
     told = [headline.unexplained_sentence(one) for one in apart[:1]]
     if not leaves_more(found, chosen) and falls_short(found, chosen):
         told.append(headline.short_sentence(found.form.horizon))
-    whole = with_further_modes(found, chosen, errors)
+    whole = over_whole_tests(found, chosen, errors)
     if not holds_in_whole_tests(whole, effects=bool(chosen.fit.hypothesis.added)):
         told.append(headline.whole_sentence(whole))
     return told
