@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from shakerproc.comparison.measured import measured_tests
+from shakerproc.errors import DiagnosisError
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
 
@@ -83,3 +84,10 @@ def test_without_a_band_in_the_log_that_of_the_drive_counts(tmp_path, at, rate, 
     low, high = measured(tmp_path, "", at=at, rate=rate, seconds=seconds).excited
     assert low == pytest.approx(at, rel=0.05)
     assert high == pytest.approx(at, rel=0.05)
+
+
+def test_a_band_in_which_nothing_drives_is_one_line(tmp_path):
+    said = "excitation: random, from: 0.0001 Hz, to: 0.001 Hz"
+    wanted = "the log says 0.0001 to 0.001 Hz, but stroke has most power at 0.05 Hz"
+    with pytest.raises(DiagnosisError, match=f"{wanted}.*Correct from and to in the log"):
+        measured(tmp_path, said)

@@ -170,6 +170,9 @@ AROUND: Final = (0.8, 1.25)
 MOST_OF_IT: Final = 0.5
 """Share of the power of a drive that lies in the band of its sine: the larger half [-]."""
 
+LEAST_OF_IT: Final = 0.01
+"""Share of the power of a drive that lies in the band that the log states, at least [-]."""
+
 
 class NotMeasuredError(DiagnosisError):
     """A channel that a model needs did not measure in a test."""
@@ -249,7 +252,7 @@ def check_sizes(
 def check_frequency(
     recording: Recording, test: Test, samples: FloatArray, inputs: list[int]
 ) -> None:
-    """Pass a drive that is the sine that the log says, where it says one.
+    """Pass a drive that is the sine that the log says, or moves in the band that it states.
 
     Parameters
     ----------
@@ -265,21 +268,26 @@ def check_frequency(
     Raises
     ------
     NotMeasuredError
-        If most of its power lies elsewhere than `AROUND` that frequency: it would be compared
-        in a band in which nothing moves.
+        If most of its power lies elsewhere than `AROUND` that frequency, or nearly all of it
+        out of that band: it would be compared in a band in which nothing moves.
     """
-    if not inputs or test.frequency_hz is None or test.band is not None:
+    if not inputs or (test.band is None and test.frequency_hz is None):
         return
+    if test.band is not None:
+        low, high = test.band
+        said, wrong, least = f"{low:g} to {high:g} Hz", "from and to", LEAST_OF_IT
+    else:
+        low, high = (share * (test.frequency_hz or 0.0) for share in AROUND)
+        said, wrong, least = f"a sine of {test.frequency_hz:g} Hz", "frequency", MOST_OF_IT
     drive = samples[inputs].mean(axis=0)
     level = (drive - drive.mean())[np.newaxis]
     frequency, (power,) = periodogram(level, recording.sample_rate)
-    low, high = (share * test.frequency_hz for share in AROUND)
     inside = float(power[(frequency >= low) & (frequency <= high)].sum() / power.sum())
-    if inside < MOST_OF_IT:
+    if inside < least:
         name = recording.channels[inputs[0]].name
         raise NotMeasuredError(
-            f"{recording.run} is left out: the log says a sine of {test.frequency_hz:g} Hz, "
+            f"{recording.run} is left out: the log says {said}, "
             f"but {name} has most power at {numeral(frequency[power.argmax()])} Hz, and "
             f"{numeral(inside, 2)} of it from {numeral(low)} to {numeral(high)} Hz. Correct "
-            "frequency in the log."
+            f"{wrong} in the log."
         )
