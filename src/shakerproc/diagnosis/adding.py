@@ -223,7 +223,9 @@ def _added(model: Model, fitted: Fitted) -> Added:
         modes=modes,
         worse=worse,
         notes=(
-            *mode_notes([FurtherMode.of(mode) for mode in modes], fitted.driven),
+            *mode_notes(
+                [FurtherMode.of(mode) for mode in modes], fitted.driven, fitted.data.tests
+            ),
             *worse_whole(fitted),
         ),
     )

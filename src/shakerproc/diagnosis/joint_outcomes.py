@@ -1,9 +1,11 @@
 """Findings beside effects: locked joints, a free law, further modes."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
+from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.models import Element, Mode
 from shakerproc.models.effects import Table
@@ -116,16 +118,23 @@ class FurtherMode:
         }
 
 
-def mode_notes(modes: Sequence[FurtherMode], driven: Sequence[DrivenMode] = ()) -> list[str]:
-    """Return which further modes were fitted, and which taken away; nothing without any."""
+def mode_notes(
+    modes: Sequence[FurtherMode], driven: Sequence[DrivenMode], tests: Sequence[Test]
+) -> list[str]:
+    """Return which further modes of tests were fitted, and which taken away, if any."""
     fitted = f"Fitted as linear: {_modes_at(modes)}."
+    driven_to = max(test.arrays.band[1] for test in tests)
     away = (
-        f"Taken out of the responses: {_modes_at(driven)}, which the drive alone excites. "
-        "Errors of `compare` contain what that adds."
+        f"Taken out of the responses: {_modes_at(driven, driven_to)}, which the drive alone "
+        "excites. Errors of `compare` contain what that adds."
     )
     return [*[fitted] * bool(modes), *[away] * bool(driven)]
 
 
-def _modes_at(modes: Sequence[FurtherMode | DrivenMode]) -> str:
-    said = " and ".join(numeral(f, 4) for f in sorted(mode.frequency for mode in modes))
-    return f"{'a further mode' if len(modes) == 1 else 'further modes'} at {said} Hz"
+def _modes_at(modes: Sequence[FurtherMode | DrivenMode], highest: float = math.inf) -> str:
+    """Return where modes lie; of those above the highest [Hz] their skirt alone tells."""
+    said = " and ".join(
+        f"at {numeral(f, 4)} Hz" if f <= highest else f"above {numeral(highest)} Hz"
+        for f in sorted(mode.frequency for mode in modes)
+    )
+    return f"{'a further mode' if len(modes) == 1 else 'further modes'} {said}"

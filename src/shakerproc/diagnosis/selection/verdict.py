@@ -250,7 +250,7 @@ def _notes(
     far: Mapping[str, tuple[float, Estimate]], *, doubted: Sequence[Finding], missing: bool,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return remarks beside the verdict; `told` are notes made before."""
-    notes = mode_notes(_further_modes(found), found.linear_model.driven)
+    notes = mode_notes(_further_modes(found), found.linear_model.driven, found.data.tests)
     if found.data.plain is not found.data:
         notes.append(_own_note(found, chosen))
     if found.data.points:
