@@ -396,16 +396,22 @@ def _measured(
     )  # fmt: skip
 
 
+def _stated(test: Test) -> list[tuple[float, float]]:
+    """Return the bands that the log states, that which the test excites first [Hz]."""
+    bands = [band for band in (test.processing.band, test.band) if band is not None]
+    if test.frequency_hz is None or test.band is not None:
+        return bands
+    return [(AROUND[0] * test.frequency_hz, AROUND[1] * test.frequency_hz), *bands]
+
+
 def _lowest(test: Test, once: float, *, drifts: bool) -> float:
     """Return the lowest compared frequency of a test [Hz].
 
     That of the log, but no lower than `once`, which passes once in the record [Hz]; where the
     log has none, `LOWEST` if a channel drifts.
     """
-    said = [band[0] for band in (test.processing.band, test.band) if band is not None]
-    said += [AROUND[0] * test.frequency_hz] if test.frequency_hz is not None else []
-    default = LOWEST if drifts else once
-    return min(LOWEST, max(once, min(said, default=default)))
+    said = min((low for low, _ in _stated(test)), default=LOWEST if drifts else once)
+    return min(LOWEST, max(once, said))
 
 
 def _error_band(test: Test, own: Channels, noise: Noise, lowest: float) -> tuple[float, float]:
@@ -423,10 +429,9 @@ def _excited(
     test: Test, rate: float, lowest: float, controls: FloatArray
 ) -> tuple[float, float]:
     """Return the band that a test excites [Hz]: that of the log, else that of its drive."""
-    said = test.processing.band or test.band
-    if said is None and test.frequency_hz is not None:
-        said = AROUND[0] * test.frequency_hz, AROUND[1] * test.frequency_hz
-    low, high = said or _driven(controls.mean(axis=0), rate) or (lowest, HIGHEST * rate)
+    stated = _stated(test)
+    driven = stated[0] if stated else _driven(controls.mean(axis=0), rate)
+    low, high = driven or (lowest, HIGHEST * rate)
     return max(low, lowest), min(high, HIGHEST * rate)
 
 

@@ -18,6 +18,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, perfect
 from shakerproc.diagnosis.estimation.levels import predicted_rows
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.of_tests import as_free
+from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint
@@ -153,6 +154,11 @@ class Found:
         settled = with_starts_fitted(self.data, fit, self.form.held_out)
         return as_free(self.data, (settled or fit).of_tests)
 
+    @cached_property
+    def whole(self) -> Windows:
+        """What was held out as whole tests, each from where it begins."""
+        return replace(whole_tests(self.data, held_out=True), from_rest=False)
+
     def free_run(self, score: Score) -> Score | None:
         """Return the score of a hypothesis in whole tests, as `compare` simulates them.
 
@@ -168,13 +174,12 @@ class Found:
 
     def _free_run(self, fit: Fit) -> Score | None:
         data = self.data
-        windows = replace(whole_tests(data, held_out=True), from_rest=False)
         gain, delay, _ = perfect(data)
         of_tests = self.of_tests_under(fit)
         model = fit.hypothesis.model_at(fit.x)
-        starts = completed(data, model, windows.table, of_tests)
+        starts = completed(data, model, self.whole.table, of_tests)
         whole = replace(fit, gain=gain, delay=delay, of_tests=of_tests, starts=starts)
-        rows = predicted_rows(data, whole, windows)
+        rows = predicted_rows(data, whole, self.whole)
         return None if rows is None else Score(whole, np.log1p(rows))
 
     @cached_property

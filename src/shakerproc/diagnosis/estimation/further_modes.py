@@ -1,7 +1,8 @@
 """Further linear modes of the specimen in the band: found, fitted, judged."""
 
+from dataclasses import dataclass
 from itertools import product
-from typing import Final
+from typing import Final, final
 
 import numpy as np
 import scipy  # its parts load when they are first used
@@ -94,6 +95,52 @@ def with_further_modes(
     return parameters, solution
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Left:
+    """What a linear model leaves of a test, in which modes are sought.
+
+    Attributes
+    ----------
+    test : LinearTest
+        The test.
+    parameters : LinearParameters
+        The model's.
+    values : (n,) array
+        Its numbers.
+    extra : (n_sensors, n_bins) array
+        What else it leaves, over the noise [-].
+    rows : (n_sensors, n_bins) array
+        What it leaves, whitened.
+    drive : (1, n_bins) array
+        What drives it, whitened.
+    """
+
+    test: LinearTest
+    parameters: LinearParameters
+    values: FloatArray
+    extra: FloatArray
+    rows: ComplexArray
+    drive: ComplexArray
+
+    def near(
+        self, frequency: float
+    ) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray, ComplexArray]:
+        """Return which bins lie near a frequency [Hz], and weights, rows and drive there."""
+        near = np.abs(self.test.bins / frequency - 1.0) < _NEAR
+        weight = 1.0 / np.sqrt(self.test.density[:, near] * (1.0 + self.extra[:, near]))
+        return near, weight, weight * self.rows[:, near], self.drive[:, near]
+
+
+def _left(
+    test: LinearTest, parameters: LinearParameters, values: FloatArray, extra: FloatArray
+) -> _Left:
+    controls = parameters.chain_at(values).weights @ test.test.arrays.controls
+    rows = test.test.responses - test.simulated(parameters, values)
+    drive = test.whitened(controls[np.newaxis])
+    return _Left(test, parameters, values, extra, test.whitened(rows), drive)
+
+
 def _next_mode(
     test: LinearTest,
     parameters: LinearParameters,
@@ -102,16 +149,16 @@ def _next_mode(
     limits: tuple[float, float],
 ) -> tuple[LinearParameters, LinearSolution] | None:
     extra, free = state
-    before = parameters, solution.values
-    peaks = _peaks(test, parameters, solution, extra, limits)
+    left = _left(test, parameters, solution.values, extra)
+    peaks = _peaks(left, limits)
     attached = [
-        _local(test, before, extra, place, frequency)
+        _local(left, place, frequency)
         for frequency in peaks
         for place in parameters.model.masses
     ]
     # beside what does not swing none is a further one; structures state theirs
     swings = limits[1] > 0.0 and not parameters.model.structures
-    driven = [_local_driven(test, before, extra, f) for f in (peaks if swings else [])]
+    driven = [_local_driven(left, frequency) for frequency in (peaks if swings else [])]
     found: list[tuple[float, LinearParameters, LinearSolution]] = []
     without = None
     for kind, worse in ((attached, 0.0), (driven, GAIN_ENOUGH)):  # all else alike, one attached
@@ -136,21 +183,17 @@ def _next_mode(
 
 
 def _local(
-    test: LinearTest,
-    before: tuple[LinearParameters, FloatArray],
-    extra: FloatArray,
-    place: str,
-    frequency: float,
+    left: _Left, place: str, frequency: float
 ) -> tuple[float, LinearParameters, FloatArray]:
     """Return the fall of chi-square that a mode near a frequency brings there, and its start.
 
     All other numbers stand still, and what the mode changes is seen bin by bin.
     """
-    parameters, values = before
-    richer = parameters.with_mode(place, frequency)
-    near, weight, left, drive = _around(test, before, extra, frequency)
-    chain = parameters.chain_at(values)
-    as_is = test.response(parameters, values, test.bins[near])
+    test, values = left.test, left.values
+    richer = left.parameters.with_mode(place, frequency)
+    near, weight, rows, drive = left.near(frequency)
+    chain = left.parameters.chain_at(values)
+    as_is = test.response(left.parameters, values, test.bins[near])
     best = (0.0, richer, np.concatenate([values, np.zeros(3)]))
     for shift, damping in product(_SHIFTS, _DAMPINGS):
         mass = 0.0
@@ -159,78 +202,50 @@ def _local(
             change = test.response(richer, trial, test.bins[near]) - as_is
             change = weight * drive * change * chain.gains[:, np.newaxis]
             power = float(np.sum(np.abs(change) ** 2))
-            factor = float(np.sum((change.conj() * left).real)) / max(power, 1e-300)
+            factor = float(np.sum((change.conj() * rows).real)) / max(power, 1e-300)
             if not factor > 0.0:
                 break
-            fall = float(np.sum(np.abs(left) ** 2) - np.sum(np.abs(left - change) ** 2))
+            fall = float(np.sum(np.abs(rows) ** 2) - np.sum(np.abs(rows - change) ** 2))
             if fall > best[0]:
                 best = (fall, richer, trial)
             mass = float(np.clip(mass + np.log(factor), -_LARGEST, _LARGEST))
     return best
 
 
-def _local_driven(
-    test: LinearTest,
-    before: tuple[LinearParameters, FloatArray],
-    extra: FloatArray,
-    frequency: float,
-) -> tuple[float, LinearParameters, FloatArray]:
+def _local_driven(left: _Left, frequency: float) -> tuple[float, LinearParameters, FloatArray]:
     """Return, as `_local`, what a mode does that the drive alone excites."""
-    parameters, values = before
-    richer = parameters.with_mode(None, frequency)
-    near, weight, left, drive = _around(test, before, extra, frequency)
-    turned = parameters.chain_at(values).gains[:, np.newaxis] * weight * drive
-    ones = np.ones(parameters.n_sensors)
-    best = (0.0, richer, np.concatenate([values, np.zeros(2 + ones.size)]))
+    richer = left.parameters.with_mode(None, frequency)
+    near, weight, rows, drive = left.near(frequency)
+    turned = left.parameters.chain_at(left.values).gains[:, np.newaxis] * weight * drive
+    ones = np.ones(left.parameters.n_sensors)
+    best = (0.0, richer, np.concatenate([left.values, np.zeros(2 + ones.size)]))
     for shift, damping in product(_SHIFTS, _DAMPINGS):
-        trial = np.concatenate([values, (shift, damping), ones])
-        unit = turned * richer.driven(trial)[-1].responses(richer.model, test.bins[near])
+        trial = np.concatenate([left.values, (shift, damping), ones])
+        unit = turned * richer.driven(trial)[-1].responses(richer.model, left.test.bins[near])
         power = np.maximum(np.sum(np.abs(unit) ** 2, axis=1), 1e-300)
-        along = np.sum((unit.conj() * left).real, axis=1)
+        along = np.sum((unit.conj() * rows).real, axis=1)
         fall = float(np.sum(along**2 / power))
         if fall > best[0]:
             best = (fall, richer, np.concatenate([trial[: -ones.size], along / power]))
     return best
 
 
-def _around(
-    test: LinearTest,
-    before: tuple[LinearParameters, FloatArray],
-    extra: FloatArray,
-    frequency: float,
-) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray, ComplexArray]:
-    """Return which bins lie near a frequency, and weights, residual and drive there."""
-    parameters, values = before
-    near = np.abs(test.bins / frequency - 1.0) < _NEAR
-    weight = 1.0 / np.sqrt(test.density[:, near] * (1.0 + extra[:, near]))
-    rows = test.test.responses - test.simulated(parameters, values)
-    controls = parameters.chain_at(values).weights @ test.test.arrays.controls
-    left = weight * test.whitened(rows)[:, near]
-    return near, weight, left, test.whitened(controls[np.newaxis])[:, near]
-
-
-def _peaks(
-    test: LinearTest,
-    parameters: LinearParameters,
-    solution: LinearSolution,
-    extra: FloatArray,
-    limits: tuple[float, float],
-) -> list[float]:
+def _peaks(left: _Left, limits: tuple[float, float]) -> list[float]:
     """Return the frequencies at which most is left beyond noise, where a mode may be [Hz]."""
-    power = np.abs(test.residual(parameters, solution.values)) ** 2
-    allowed = (test.bins < limits[0]) | (test.bins > limits[1])
-    width = max(3, round(_WIDTH * float(test.bins[-1]) / float(np.diff(test.bins[:2])[0])))
+    bins, power = left.test.bins, np.abs(left.rows) ** 2 / left.test.density
+    allowed = (bins < limits[0]) | (bins > limits[1])
+    width = max(3, round(_WIDTH * float(bins[-1]) / float(np.diff(bins[:2])[0])))
     found: list[float] = []
-    for weighted in (power / (1.0 + extra), power):  # skirts of a tall peak are in `extra`
+    for weighted in (power / (1.0 + left.extra), power):  # a tall peak's skirts are in `extra`
         smooth = scipy.ndimage.uniform_filter1d(weighted.sum(axis=0), width)
         smooth = np.where(allowed, smooth, 0.0)
         for _ in range(_STARTS):
             i = int(np.argmax(smooth))
             if not smooth[i] > 0.0:
                 break
-            near = np.abs(test.bins / test.bins[i] - 1.0) < _NEAR
-            if not any(abs(one / test.bins[i] - 1.0) < 0.5 * _NEAR for one in found):
-                found.append(float(test.bins[i]))
+            near = np.abs(bins / bins[i] - 1.0) < _NEAR
+            if not any(abs(one / bins[i] - 1.0) < 0.5 * _NEAR for one in found):
+                found.append(float(bins[i]))
             smooth[near] = 0.0
     return found
 

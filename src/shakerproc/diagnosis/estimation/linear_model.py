@@ -79,8 +79,7 @@ class LinearModel:
         length = scipy.fft.next_fast_len(n + int(min(rate / slowest, n)), real=True)
         frequency = scipy.fft.rfftfreq(length, 1.0 / rate)[1:]
         rows = sum(mode.responses(self.model, frequency) for mode in self.driven)
-        turn = np.exp(-2j * np.pi * frequency * self.chain.delays[:, np.newaxis])
-        spectrum = rows * turn * self.chain.gains[:, np.newaxis]
+        spectrum = rows * self.chain.responses(frequency)
         spectrum = spectrum * scipy.fft.rfft(self.input_of(test), length)[1:]
         return np.asarray(scipy.fft.irfft(np.pad(spectrum, ((0, 0), (1, 0))), length)[:, :n])
 
@@ -104,9 +103,8 @@ class LinearModel:
             Samples per second [Hz].
         """
         n = outputs.shape[1]
-        frequency = np.fft.rfftfreq(2 * n, 1.0 / sample_rate)
-        turn = np.exp(-2j * np.pi * frequency * self.chain.delays[:, np.newaxis])
-        spectrum = np.fft.rfft(outputs, 2 * n) * turn * self.chain.gains[:, np.newaxis]
+        frequency = np.asarray(np.fft.rfftfreq(2 * n, 1.0 / sample_rate), np.float64)
+        spectrum = np.asarray(np.fft.rfft(outputs, 2 * n) * self.chain.responses(frequency))
         return np.asarray(np.fft.irfft(spectrum, 2 * n)[:, :n])
 
 

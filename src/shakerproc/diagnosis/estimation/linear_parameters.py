@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.data import FloatArray
+from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.diagnosis.data.controls import CONTRAST, contrasts
 from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.diagnosis.hypotheses.own_numbers import (
@@ -65,6 +65,11 @@ class Chain:
     gains: FloatArray
     delays: FloatArray
     weights: FloatArray
+
+    def responses(self, frequency: FloatArray) -> ComplexArray:
+        """Return gain and delay of every sensor at [Hz], (n_sensors, n) array [-]."""
+        turn = np.exp(-2j * np.pi * frequency * self.delays[:, np.newaxis])
+        return np.asarray(turn * self.gains[:, np.newaxis])
 
 
 @final

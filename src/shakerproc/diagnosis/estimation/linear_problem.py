@@ -83,8 +83,7 @@ class LinearTest:
         """Return the signals of the sensors, (n_sensors, n) array."""
         response = self.response(parameters, values, self.frequency)
         chain = parameters.chain_at(values)
-        turn = np.exp(-2j * np.pi * self.frequency * chain.delays[:, np.newaxis])
-        spectrum = response * turn * chain.gains[:, np.newaxis]
+        spectrum = response * chain.responses(self.frequency)
         spectrum = spectrum * (chain.weights @ self.controls)
         spectrum[:, 0] = 0.0
         found = scipy.fft.irfft(spectrum, self.length)[:, : self.test.n_samples]

@@ -8,7 +8,6 @@ import numpy as np
 from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, numbers, numbers_off
-from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.joint_outcomes import Outside
@@ -127,17 +126,15 @@ def over_whole_tests(found: Found, chosen: Score, errors: Errors) -> Errors:
     """
     modes = len(found.data.model.modes) > len(found.before.hypothesis.model.modes)
     differs = found.data.plain is not found.data or found.as_recorded is not found.data
-    if not modes and not differs:
+    run = found.free_run(chosen) if modes or differs else None
+    if run is None or errors.of_candidates is None:
         return errors
-    whole, alone = found.free_run(chosen), found.free_run(found.linear)
-    if whole is None:
-        return errors
-    windows = replace(whole_tests(found.data, held_out=True), from_rest=False)
+    alone = found.free_run(found.linear) if chosen.fit.hypothesis.added else None
     return replace(
         errors,
-        held_out=Pair(errors.held_out.before, error_of(found.data, whole.fit, windows)),
-        noise_floor=pooled_floor(floors_of(found.data, whole.fit, windows)),
-        without=None if alone is None else error_of(found.data, alone.fit, windows),
+        held_out=Pair(errors.held_out.before, error_of(found.data, run.fit, found.whole)),
+        noise_floor=pooled_floor(floors_of(found.data, run.fit, found.whole)),
+        without=None if alone is None else error_of(found.data, alone.fit, found.whole),
     )
 
 

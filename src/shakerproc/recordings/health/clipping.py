@@ -188,10 +188,10 @@ class _Side:
             np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size < 100_000 else [at]
         )
         for group in groups:
-            length = group.size
+            length, goes_on = group.size, group[-1] == samples.size - 1
             if group[0] == 0 and self._row:
                 length += self._row
-            else:
+            elif length >= SHORTEST_ROW or goes_on:
                 self._is_cut = runs_into(samples, int(group[0]), quantum)
             if length >= SHORTEST_ROW and self._is_cut:
                 self.in_rows += length
