@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
 from shakerproc.comparison.measured import Measured, Usable
 from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis import component_tests
@@ -14,15 +12,13 @@ from shakerproc.diagnosis.campaign import as_it_is, campaign_of
 from shakerproc.diagnosis.data import Test, TestArrays, check, prepared, with_noise_of
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.linear import as_given
-from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
-from shakerproc.diagnosis.outcome import at_the_horizon, ruled_out, told
+from shakerproc.diagnosis.outcome import at_the_horizon, told
 from shakerproc.diagnosis.plausibility import check_plausible
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.refuted import refuted_notes, with_more_refuted
-from shakerproc.diagnosis.selection.scores import ranked
 from shakerproc.diagnosis.selection.verdict import judged
 from shakerproc.diagnosis.updated import Comparisons
 from shakerproc.errors import DiagnosisError
@@ -181,17 +177,12 @@ def search_component_tests(
             f"{model.title}: nothing can be held out, since the drive of each test repeats "
             "itself. Add a test with another amplitude or frequency, marked hold_out: true."
         )
-    campaign = replace(campaign, stages=component_tests.stages_of(form))
     data = campaign.data
     say("the model's own numbers")
     linear = component_tests.linear_fit(data, form)
     if linear is None:
         raise DiagnosisError(f"{model.title}: its force cannot be simulated in these tests.")
-    say("screening")
-    starts = component_tests.starts_of(campaign, campaign.known)
-    own = np.zeros(len(linear.hypothesis.own))
-    one_more = OneMore(data, linear, campaign.known, campaign.stages, linear=own, say=say)
-    singles = one_more.found(starts)
+    one = component_tests.raced(campaign, form, linear, say)
     bare = along(campaign, [linear], [form])
     if not bare:
         raise DiagnosisError(
@@ -203,12 +194,12 @@ def search_component_tests(
         form=form,
         before=as_it_is(model, linear),
         linear=bare[0],
-        effects=tuple(ranked(along(campaign, singles, [form]))),
+        effects=(),
         free=None,
-        ruled_out=ruled_out(starts, singles),
-        failed=one_more.failed,
-    )
-    return with_all(found, campaign, [form], lambda: one_more.every(starts), say, known={})
+        behind=one.left,
+        failed=one.failed,
+    ).with_effects(along(campaign, one.fits, [form]))
+    return with_all(found, campaign, [form], say)
 
 
 def judged_again(
@@ -237,8 +228,7 @@ def judged_again(
     fits = [score.fit for score in before.effects]
     outcome = at_the_horizon(campaign, before.linear.fit, fits, say)
     found = replace(
-        told(model, before.linear_model, outcome, before.failed, ()),
-        ruled_out=before.ruled_out,
+        told(model, before.linear_model, outcome, before.failed, before.behind),
         corrected=before.corrected,
         rigid=before.rigid,
         signs=before.signs,

@@ -13,11 +13,9 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import carried_on, falls_short
 from shakerproc.diagnosis.horizon import along, scored_at
-from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
-from shakerproc.diagnosis.nudged.ladder import ladder_of
-from shakerproc.diagnosis.nudged.race import FIRST, at_first, chosen, race
+from shakerproc.diagnosis.nudged.race import FIRST, chosen
 from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.diagnosis.selection.choice import (
     TENTH,
@@ -47,23 +45,17 @@ def with_all(
     found: Found,
     campaign: Campaign,
     forms: Sequence[Form],
-    every: Callable[[], Sequence[Fit]],
     say: Callable[[str], None],
-    *,
-    known: Known,
 ) -> Found:
-    """Return the result with every effect, where none that explains more can be named.
+    """Return the result with what fell behind, where nothing that explains more can be named.
 
     And more than noise is left, or a force without a name explains more than any that was
     fitted, or what stands leaves noise of what was held out and more of a test (`doubtful`).
-    Those `known` race, too; none where motions are imposed, and so held already.
     """
     if not (doubtful(found) or wants_more(found) or is_outside(found)):
         return found
-    names = [score.fit.hypothesis.names for score in found.effects]
-    rest = [one for one in every() if one.hypothesis.names not in names]
     scores = list(found.effects)
-    for one in [*chosen(rest, MOST), *chosen(_raced(campaign, known, say), MOST)]:
+    for one in chosen(found.behind, MOST):
         say(f"{one.hypothesis.kinds[0]}, left behind so far")
         scores += along(campaign, [one], forms, beside=found.best.fit)
     scores = best_of_each(scores)
@@ -71,19 +63,6 @@ def with_all(
         bare, scores = with_simpler(campaign, forms[-1], found.linear, scores)
         found = replace(found, linear=bare)
     return found.with_effects(scores)
-
-
-def _raced(campaign: Campaign, known: Known, say: Callable[[str], None]) -> list[Fit]:
-    """Return the laws that keep up while models are held to the measured motion ever looser.
-
-    Where windows lead astray, a model that is held finds its numbers.
-    """
-    data = campaign.data
-    if not known:
-        return []
-    none, ladder = hypothesis_of(data.model), ladder_of(data)
-    base = at_first(data, none, np.zeros(none.size), ladder)
-    return [] if base is None else list(race(base, known, ladder, say).fits)
 
 
 LOOKED_AT: Final = 8

@@ -9,14 +9,13 @@ import numpy as np
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.form import ROUNDS, forms_of
-from shakerproc.diagnosis.estimation.growth import Stages, grown, stages_of
+from shakerproc.diagnosis.estimation.form import forms_of
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, perfect
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
-from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
+from shakerproc.diagnosis.nudged.race import RUNS_AWAY, held
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model, Scale
 
@@ -34,14 +33,11 @@ class Campaign:
         Those that may be fitted to.
     known : mapping of joint to mapping of str to Identification
         What each effect says of each joint.
-    stages : Stages
-        Windows that grow.
     """
 
     data: DataSet
     fitted: tuple[Test, ...]
     known: Known
-    stages: Stages
 
 
 def campaign_of(
@@ -60,24 +56,19 @@ def campaign_of(
             j: identifications(scales_of(model, tests, j, own), scaled_by)
             for j, own in motions.items()
         },
-        stages=stages_of(data),
     )
 
 
-STRUCTURE_ROUNDS: Final = 1
-"""Steps of a structure without effects on whole tests: its linear model explains them, or an
+ROUNDS: Final = 1
+"""Steps of the model without effects on whole tests: its linear model explains them, or an
 effect is missing [-]."""
-
-RUNS_AWAY: Final = (
-    "its motion runs away in every test; check stiffness, damping and masses of the model."
-)
-"""What is said of a model that cannot be fitted."""
 
 
 def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> Fit:
     """Return the model's own numbers, fitted alone.
 
-    Of a structure to whole tests, from where its linear model is.
+    To whole tests from its linear model where there is one; else, and where it runs away in
+    them, held to the measured motion ever less.
 
     Raises
     ------
@@ -86,15 +77,11 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
     """
     data = campaign.data
     none = hypothesis_of(data.model)
-    nothing = np.zeros(none.size)
-    if linear_model is not None and data.model.structures:
-        x, whole = as_in(none, linear_model.model), forms_of(data)[-1].fitted
-        found = fit(data, none, x, whole, rounds=STRUCTURE_ROUNDS)
-    else:
-        found = grown(data, none, nothing, campaign.stages)
-    if found is None:
-        whole = whole_tests(data, held_out=False)
-        found = fit(data, none, nothing, whole, rounds=ROUNDS)
+    x, found = np.zeros(none.size), None
+    if linear_model is not None:
+        x = as_in(none, linear_model.model)
+        found = fit(data, none, x, forms_of(data)[-1].fitted, rounds=ROUNDS)
+    found = held(data, none, x) if found is None else found
     if found is None:
         raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
     return found

@@ -22,7 +22,6 @@ from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.joints import Joint
-from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import MOSTLY_NOISE, Score, best_of, ranked, scored
 
@@ -48,8 +47,8 @@ class Found:
         Hypotheses with effects, the best first.
     free : Score, optional
         A force without a name: a smooth table of displacement and velocity.
-    ruled_out : tuple of Start
-        The best start of each effect and joint that was not fitted to the longest windows.
+    behind : tuple of Fit
+        Effects that left the race, as they were then.
     failed : mapping of str to str
         Hypotheses that could not be simulated, with the reason.
     corrected : bool
@@ -73,7 +72,7 @@ class Found:
     linear: Score
     effects: tuple[Score, ...]
     free: Score | None
-    ruled_out: tuple[Start, ...]
+    behind: tuple[Fit, ...]
     failed: Mapping[str, str]
     corrected: bool = False
     rigid: tuple[Joint, ...] = ()
@@ -86,10 +85,10 @@ class Found:
     _free_runs: dict[Score, Score | None] = field(default_factory=dict)
 
     def with_effects(self, scores: Sequence[Score]) -> "Found":
-        """Return the result with these hypotheses, none of whose effects is ruled out."""
-        tried = {name for score in scores for name in score.fit.hypothesis.names}
-        left = tuple(s for s in self.ruled_out if (s.kind, s.between) not in tried)
-        return replace(self, effects=tuple(ranked(scores)), ruled_out=left)
+        """Return the result with these hypotheses, none of which fell behind."""
+        tried = {score.fit.hypothesis.names for score in scores}
+        left = tuple(one for one in self.behind if one.hypothesis.names not in tried)
+        return replace(self, effects=tuple(ranked(scores)), behind=left)
 
     @property
     def best(self) -> Score:

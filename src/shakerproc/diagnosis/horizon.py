@@ -20,6 +20,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.selection.errors import (
+    LONGER,
     PARTED,
     error_of,
     floors_of,
@@ -40,11 +41,6 @@ from shakerproc.diagnosis.selection.scores import (
 
 PREDICTED: Final = 24
 """Windows that tell how far a motion can be predicted: its mean square over them [-]."""
-
-LONGER: Final = 1.1
-"""Free-run error over the least of shorter horizons up to which a longer one is taken: errors
-of the numbers add up over it by as much, what cannot be predicted or is not in any law by far
-more [-]."""
 
 
 def is_mostly_noise(campaign: Campaign, found: Fit) -> bool:

@@ -8,7 +8,6 @@ import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.beginnings import STARTS
 from shakerproc.diagnosis.estimation.correction import without_driven
 from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.further_modes import APART, MOST, WIDEST
@@ -16,10 +15,10 @@ from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.linear_response import poles_of
-from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.horizon import scored_at
+from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.nudged.race import raced
 from shakerproc.diagnosis.outcome import Outcome
-from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.errors import takes_most
 from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain, leaves_something
 from shakerproc.models import Mode
@@ -28,6 +27,9 @@ from shakerproc.models.effects import AttachedMode
 FASTEST: Final = 0.4
 """Highest frequency of a mode that is tried, over the sample rate: filters of recorders end
 there [-]."""
+
+STARTS: Final = 64
+"""Frequencies at which a mode is tried [-]."""
 
 MASS: Final = 0.02
 """Mass of a mode that is tried, over that of its place; a fit goes on from there [-]."""
@@ -106,14 +108,14 @@ def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
     there is nothing to take.
     """
     campaign, form = outcome.campaign, outcome.forms[-1]
-    starts = _starts(campaign)
-    if not starts:
+    known = _modes(campaign)
+    if not known:
         return None
-    search = OneMore(
-        campaign.data, best.fit, campaign.known, campaign.stages,
-        linear=best.fit.hypothesis.parts(best.fit.x)[0], say=lambda _: None,
-    )  # fmt: skip
-    for found in search.found(starts)[:1]:
+    on = best.fit
+    modes = raced(
+        campaign.data, on.hypothesis, on.x, known, lambda _: None, channels=on.channels
+    )
+    for found in modes.fits[:1]:
         there = carried(campaign.data, found, [form])
         if (
             there is not None
@@ -130,23 +132,26 @@ def _lowest(campaign: Campaign) -> float:
     return APART * float(max(own.frequencies, default=np.inf))
 
 
-def _starts(campaign: Campaign) -> list[Start]:
+def _modes(campaign: Campaign) -> Known:
     """Return where the search for a mode begins, on every mass."""
-    data, none = campaign.data, (0.0,) * len(campaign.known)
+    data = campaign.data
     lowest = _lowest(campaign)
     highest = FASTEST * min(test.sample_rate for test in data.tests)
     if lowest >= highest or data.model.structures:  # whose own modes are numbers of the fit
-        return []
-    places = {j[1]: j for j, own in campaign.known.items() if AttachedMode.kind in own}
-    places = {place: joint for place, joint in places.items() if place in data.model.masses}
-    return [
-        Start(
-            AttachedMode.kind, joint, _tried(data.model.masses[place], float(frequency)),
-            none, none, 0.0, 0.0, 0.0, 1.0,
-        )
-        for place, joint in places.items()
-        for frequency in np.geomspace(lowest, highest, STARTS)
-    ]  # fmt: skip
+        return {}
+    kind = AttachedMode.kind
+    places = {j[1]: j for j, own in campaign.known.items() if kind in own}
+    frequencies = np.geomspace(lowest, highest, STARTS)
+    return {
+        joint: {
+            kind: replace(
+                campaign.known[joint][kind],
+                starts=tuple(_tried(data.model.masses[at], float(f)) for f in frequencies),
+            )
+        }
+        for at, joint in places.items()
+        if at in data.model.masses
+    }
 
 
 def _tried(mass: float, frequency: float) -> dict[str, float]:

@@ -5,24 +5,15 @@ from dataclasses import replace
 from itertools import permutations
 from typing import Final
 
-import numpy as np
-
-from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.beginnings import as_table, grouped
+from shakerproc.diagnosis.estimation.beginnings import as_table
 from shakerproc.diagnosis.estimation.form import Form
-from shakerproc.diagnosis.estimation.growth import Condition
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS, OneMore
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared
-from shakerproc.diagnosis.hypotheses.hypothesis import (
-    Addition,
-    addition,
-)
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.screening import free_laws, with_limits
-from shakerproc.diagnosis.screening.pairs import both_at_once, screen_pairs
+from shakerproc.diagnosis.nudged.race import raced
+from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.scores import (
     LEAST,
     Score,
@@ -31,82 +22,9 @@ from shakerproc.diagnosis.selection.scores import (
     simplest_alike,
 )
 from shakerproc.diagnosis.simpler_laws import simpler_laws
-from shakerproc.simulation import has_jumps
 
 FIRSTS: Final = 2
 """Single effects that a second one is sought beside, and pairs that go to the horizon [-]."""
-
-SECONDS: Final = 6
-"""Effects, each in one joint, that are tried as a second one: those that explain most [-]."""
-
-AT_ONCE: Final = 4
-"""Pairs of effects that are fitted because they explain most together [-]."""
-
-MUCH_LESS: Final = 0.5
-"""Share of what the best single effect leaves in the screening that two may leave at once, to
-be worth a fit before it is known how far the single one carries [-]."""
-
-EXPLAINED: Final = 0.25
-"""Share of what the first leaves that a second explains at least, in the screening to be worth
-a fit, and in the shortest windows to be fitted to longer ones. Of five tuning draws of pairs
-the true one explained 0.41 to 0.999 in the screening, of five campaigns with nuisances alone
-the best law, but for a mode apart, 0.01 to 0.33. Beside a force that jumps the screening tells
-too little (a cubic spring beside Coulomb friction 0.04, tuning seed 62): all are fitted [-]."""
-
-
-def hidden_pairs(
-    campaign: Campaign,
-    linear: Fit,
-    least: float,
-    left: float,
-    say: Callable[[str], None],
-) -> list[Fit]:
-    """Return pairs that explain much more than any one effect, fitted to windows that grew.
-
-    Those that already in the shortest windows explain less than one effect does are left.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The tests.
-    linear : Fit
-        The model without any effect.
-    least : float
-        Least level (see `Fit`) that one effect reached in the shortest windows [-].
-    left : float
-        What the best single effect leaves in the screening, 0 where there is nothing to
-        explain [-].
-    say : callable
-        Called with what is being tried.
-    """
-    model, data = campaign.data.model, campaign.data
-    if left <= 0.0:
-        return []
-    say("two effects at once")
-    found = list[Fit]()
-    for one, other in both_at_once(model, campaign.fitted, campaign.known, AT_ONCE):
-        if one.left > MUCH_LESS * left:
-            continue
-        known = campaign.known[one.between][one.kind]
-        first = addition(one.kind, one.between, known, one.values)
-        on = _beside(linear, first, linear.x, first.transformed(one.values))
-        own = np.zeros(len(linear.hypothesis.own))
-        second = OneMore(
-            data, on, campaign.known, campaign.stages, linear=own, say=lambda _: None,
-            condition=Condition(below=least),
-        )  # fmt: skip
-        found += second.found([other])
-    found.sort(key=lambda pair: pair.level)
-    for pair in found[:FIRSTS]:
-        found += simpler_laws(pair.data, pair, campaign.known)
-    return _not_outdone(found, campaign.known)
-
-
-def _beside(linear: Fit, one: Addition, own: FloatArray, x: FloatArray) -> Fit:
-    """Return the model with an effect that is known, to seek another one beside it."""
-    return replace(
-        linear, hypothesis=linear.hypothesis.with_added(one), x=np.concatenate([own, x])
-    )
 
 
 def with_more(
@@ -182,49 +100,17 @@ def _are_alike(one: Fit, other: Fit, known: Known) -> bool:
 
 
 def _pairs(
-    campaign: Campaign,
-    first: Fit,
-    say: Callable[[str], None],
+    campaign: Campaign, first: Fit, say: Callable[[str], None]
 ) -> tuple[list[Fit], dict[str, str]]:
-    """Return second effects beside one, those that explain most and what they contain.
+    """Return second effects that last in a race beside one, the best first.
 
-    The best first; and why others failed.
+    And why others failed.
     """
-    one = first.hypothesis.added[0]
-    values = {**one.fixed, **one.values(first.hypothesis.parts(first.x)[1])}
-    starts = screen_pairs(
-        campaign.data.model,
-        campaign.fitted,
-        campaign.known,
-        (one.kind, one.between, values),
+    one = raced(
+        campaign.data, first.hypothesis, first.x, campaign.known, say, channels=first.channels
     )
-    jumps = has_jumps(first.hypothesis.model_at(first.x))
-    best = dict.fromkeys(
-        (kind, joint)
-        for (kind, joint, _), own in grouped(starts).items()
-        if jumps or max(start.explained for start in own) >= EXPLAINED
-    )
-    starts = with_limits(starts, list(best)[:SECONDS], campaign.known)
-    if not starts:
-        return [], {}
-    second = OneMore(
-        campaign.data, first, campaign.known, campaign.stages,
-        linear=first.hypothesis.parts(first.x)[0],
-        say=lambda what: say(f"{what}, beside {one.kind}"),
-        condition=Condition(below=_explaining(campaign, first)),
-    )  # fmt: skip
-    pairs = second.found(starts)
-    return pairs, {f"{one.kind}+{name}": why for name, why in second.failed.items()}
-
-
-def _explaining(campaign: Campaign, first: Fit) -> float:
-    """Return the level in the shortest windows below which a second effect explains enough."""
-    windows = campaign.stages.windows[0]
-    there = fit(
-        campaign.data, first.hypothesis, first.x, windows, rounds=FIRST_ROUNDS,
-        channels=first.channels,
-    )  # fmt: skip
-    return np.inf if there is None else there.level + float(np.log(1.0 - EXPLAINED))
+    kind = first.hypothesis.kinds[0]
+    return list(one.fits), {f"{kind}+{name}": why for name, why in one.failed.items()}
 
 
 def _not_outdone(pairs: Sequence[Fit], known: Known) -> list[Fit]:

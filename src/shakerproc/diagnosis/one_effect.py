@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
-import numpy as np
-
 from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
@@ -14,23 +12,21 @@ from shakerproc.diagnosis.estimation.beginnings import as_in, as_table
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual, without_driven
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
-from shakerproc.diagnosis.estimation.growth import Condition, grown
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import fit_linear
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.linear_response import DrivenMode
-from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
-from shakerproc.diagnosis.hypotheses.joints import Joint, identifications, scales_of
+from shakerproc.diagnosis.hypotheses.joints import identifications, scales_of
 from shakerproc.diagnosis.mode_beside import with_modes_beside
-from shakerproc.diagnosis.nudged.many_joints import raced
+from shakerproc.diagnosis.nudged.race import Raced, held, raced
 from shakerproc.diagnosis.outcome import Outcome
-from shakerproc.diagnosis.screening import Start, free_laws, screen
+from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
-from shakerproc.diagnosis.wanted import Wanted, joints_of, sought, with_own
+from shakerproc.diagnosis.wanted import Wanted, joints_of, sought
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Element, Model
 from shakerproc.models.effects import Table
@@ -123,13 +119,13 @@ def _fitted(
     campaign = _campaign(replace(original, modes=linear_model.model.modes), tests, wanted)
     linear = own_numbers(campaign, linear_model)
     if wanted.is_free_law:
-        say("screening")
-        fits = _tables(campaign, linear, wanted)
-    elif original.structures:
-        fits = _in_structures(campaign, linear_model, wanted, say)
+        say("a force without a name")
+        fits = _tables(campaign, wanted)
     else:
-        say("screening")
-        fits = _effects(campaign, linear, linear_model, wanted, say)
+        none = linear.hypothesis
+        x = as_in(none, linear_model.model)
+        one = raced(campaign.data, none, x, sought(campaign, wanted), say)
+        fits = _of_kind(one, wanted)
     best = _best(fits, wanted)
     say("at the horizon")
     campaign = replace(campaign, data=best.data)
@@ -156,21 +152,14 @@ def _in_component_tests(
     """
     campaign = _campaign(model, tests, wanted)
     form = component_tests.form_of(campaign.data)
-    campaign = replace(campaign, stages=component_tests.stages_of(form))
     linear = component_tests.linear_fit(campaign.data, form)
     if linear is None or wanted.is_free_law:
         raise DiagnosisError(
             f"{model.title}: {wanted.kind} cannot be fitted to tests with an imposed "
             "displacement."
         )
-    looked_for = sought(campaign, wanted)
-    starts = with_own(component_tests.starts_of(campaign, looked_for), wanted)
-    own = np.zeros(len(linear.hypothesis.own))
-    one_more = OneMore(
-        campaign.data, linear, campaign.known, campaign.stages, linear=own, say=say,
-        condition=Condition(wanted=wanted.kind),
-    )  # fmt: skip
-    fits = _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
+    campaign = replace(campaign, known=sought(campaign, wanted))
+    fits = _of_kind(component_tests.raced(campaign, form, linear, say), wanted)
     best = _best(fits, wanted)
     scores = along(campaign, [linear, best], [form])
     return _as_fitted(model, campaign, form, scores, best)
@@ -226,75 +215,19 @@ def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
     )
 
 
-def _effects(
-    campaign: Campaign,
-    linear: Fit,
-    linear_model: LinearModel,
-    wanted: Wanted,
-    say: Callable[[str], None],
-) -> list[Fit]:
-    """Return the best fit of the effect in each joint, after those that it contains."""
-    data = campaign.data
-    own = as_in(linear.hypothesis, linear_model.model)
-    looked_for = sought(campaign, wanted)
-    starts = with_own(
-        screen(data.model, campaign.fitted, tuple(looked_for), looked_for), wanted
-    )
-    one_more = OneMore(
-        data,
-        linear,
-        campaign.known,
-        campaign.stages,
-        linear=own,
-        say=say,
-        condition=Condition(wanted=wanted.kind),
-    )
-    return _in_each_joint(one_more, joints_of(campaign, wanted), starts, wanted.kind)
+def _of_kind(one: Raced, wanted: Wanted) -> list[Fit]:
+    """Return the fit of the effect that lasted in the race, else where it fell behind."""
+    every = [*one.fits, *one.left]
+    return [own for own in every if own.hypothesis.kinds == (wanted.kind,)][:1]
 
 
-def _in_structures(
-    campaign: Campaign,
-    linear_model: LinearModel,
-    wanted: Wanted,
-    say: Callable[[str], None],
-) -> list[Fit]:
-    """Return the fits of the effect in joints of structures, after those that it contains.
-
-    From where the tests lead, and from the numbers that were given.
-    """
-    known = sought(campaign, wanted)
-    given = {
-        joint: {
-            kind: replace(law, starts=({**law.starts[0], **wanted.start}, *law.starts))
-            if kind == wanted.kind and wanted.start
-            else law
-            for kind, law in laws.items()
-        }
-        for joint, laws in known.items()
-    }
-    one = raced(campaign, linear_model, given, say)
-    found = [*one.fits, *one.left]
-    return [own for own in found if own.hypothesis.kinds == (wanted.kind,)][:1]
-
-
-def _in_each_joint(
-    one_more: OneMore, joints: Sequence[Joint], starts: Sequence[Start], kind: str
-) -> list[Fit]:
-    """Return the best fit of the effect in each joint, from starts of all."""
-    out = []
-    for joint in joints:
-        found = one_more.found([start for start in starts if start.between == joint])
-        out += [one for one in found if one.hypothesis.kinds == (kind,)][:1]
-    return out
-
-
-def _tables(campaign: Campaign, linear: Fit, wanted: Wanted) -> list[Fit]:
-    """Return the missing force of each joint as a smooth table, grown with own numbers."""
+def _tables(campaign: Campaign, wanted: Wanted) -> list[Fit]:
+    """Return the missing force as a smooth table, with own numbers, held ever less."""
     data, joints = campaign.data, joints_of(campaign, wanted)
     laws = free_laws(data.model, campaign.fitted, tuple(campaign.known))
     law = next((law for law in laws if law.between in joints), None)
     begun = None if law is None else as_table(data.model, law)
     if begun is None:
         return []
-    found = grown(data, *begun, campaign.stages, linear.channels)
+    found = held(data, *begun)
     return [] if found is None else [found]

@@ -1,20 +1,17 @@
 """Remaining hypotheses at the longest horizon at which they can be told apart."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 from shakerproc.diagnosis.campaign import Campaign, as_it_is
-from shakerproc.diagnosis.estimation.beginnings import grouped
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.estimation.richer_laws import richer_laws
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared, scored_at
 from shakerproc.diagnosis.more_effects import parts_of
-from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.scores import (
     Score,
     best_of,
@@ -42,9 +39,6 @@ def at_the_horizon(
     linear: Fit,
     singles: Sequence[Fit],
     say: Callable[[str], None],
-    *,
-    one_more: OneMore | None = None,
-    hidden: Sequence[Fit] = (),
 ) -> Outcome:
     """Return the model without and with effects there, and with the parts of pairs.
 
@@ -52,40 +46,24 @@ def at_the_horizon(
     longer stands in for those that contain it.
     """
     say("at the horizon")
-    campaign, forms, base, effects = compared(campaign, linear, [*singles, *hidden])
+    campaign, forms, base, effects = compared(campaign, linear, singles)
     effects += along(campaign, parts_of(effects, singles), forms)
     best = best_of([base, *effects])
     wanting = leaves_something(best) or best.fit.is_far
-    if one_more is not None and best.fit.hypothesis.added and wanting:
-        effects = _with_richer(campaign, forms[-1], effects, best, one_more)
+    if best.fit.hypothesis.added and wanting:
+        effects = _with_richer(campaign, forms[-1], effects, best, say)
     base, effects = with_simpler(campaign, forms[-1], base, effects)
     return Outcome(campaign, forms, base, ranked(effects), singles)
 
 
-def widened(outcome: Outcome, singles: Sequence[Fit]) -> Outcome | None:
-    """Return an outcome with the effects that were found since.
-
-    None where one of them predicts better than all before, as the horizon is that of the best,
-    or told since how the recorder took accelerations.
-    """
-    new = [one for one in singles if one not in outcome.singles]
-    if any(one.data.points for one in new) and not outcome.campaign.data.points:
-        return None
-    before = [outcome.linear, *outcome.effects]
-    best = best_of(before).fit
-    scores = along(outcome.campaign, new, outcome.forms, beside=best)
-    if best_of([*before, *scores]) not in before:
-        return None
-    return replace(outcome, effects=ranked([*outcome.effects, *scores]), singles=singles)
-
-
 def _with_richer(
-    campaign: Campaign, form: Form, effects: Sequence[Score], best: Score, one_more: OneMore
-) -> list[Score]:
+    campaign: Campaign, form: Form, effects: Sequence[Score], best: Score,
+    say: Callable[[str], None],
+) -> list[Score]:  # fmt: skip
     """Return scores with those of laws that contain the best, until one leaves noise alone."""
     found = {score.fit.hypothesis.names: score for score in effects}
     richer = richer_laws(
-        one_more.begin, campaign.data, best.fit, form.fitted, rounds=ROUNDS, say=one_more.say
+        campaign.data, campaign.known, best.fit, form.fitted, rounds=ROUNDS, say=say
     )
     for one in richer:
         for score in scored_at(campaign, [arrived(campaign.data, one, form)], form):
@@ -100,9 +78,9 @@ def told(
     linear_model: LinearModel,
     outcome: Outcome,
     failed: Mapping[str, str],
-    starts: Sequence[Start],
+    behind: Sequence[Fit],
 ) -> Found:
-    """Return the findings, with candidates that failed or were not continued so far."""
+    """Return the findings, with candidates that failed or fell behind so far."""
     return Found(
         data=outcome.campaign.data,
         linear_model=linear_model,
@@ -111,13 +89,6 @@ def told(
         linear=outcome.linear,
         effects=tuple(outcome.effects),
         free=None,
-        ruled_out=ruled_out(starts, outcome.singles),
+        behind=tuple(behind),
         failed=failed,
-    )
-
-
-def ruled_out(starts: Sequence[Start], singles: Sequence[Fit]) -> tuple[Start, ...]:
-    """Return the best start of each effect and joint that was not fitted to longer windows."""
-    tried = {(one.hypothesis.kinds[0], one.hypothesis.added[0].between) for one in singles}
-    first = [own[0] for own in grouped(starts).values()]
-    return tuple(start for start in first if (start.kind, start.between) not in tried)
+    ).with_effects(outcome.effects)

@@ -1,12 +1,12 @@
-"""The search: linear model, screening, growing windows, the horizon, held-out scores."""
+"""The search: linear model, the race of effects, the horizon, held-out scores."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, final
 
 from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
-from shakerproc.diagnosis.campaign import Campaign, campaign_of, own_numbers
+from shakerproc.diagnosis.campaign import campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.differing import alone, scales_between, where_tests_differ
@@ -23,23 +23,17 @@ from shakerproc.diagnosis.estimation.correction import (
 )
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import usable_forms
-from shakerproc.diagnosis.estimation.growth import Condition
-from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear import (
     LINEAR_ENOUGH,
     fit_linear,
 )
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.estimation.one_more import OneMore
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import is_mostly_noise
-from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.mode_beside import with_modes_beside
-from shakerproc.diagnosis.more_effects import hidden_pairs, with_more
-from shakerproc.diagnosis.nudged.many_joints import raced
-from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told, widened
+from shakerproc.diagnosis.more_effects import with_more
+from shakerproc.diagnosis.nudged.race import raced
+from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told
 from shakerproc.diagnosis.rigid import rigid_joints
-from shakerproc.diagnosis.screening import Start, in_likely_joints, known_of, screen, widening
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import error_of
@@ -135,16 +129,10 @@ class Begun:
         Without and with one effect, or two that hide each other.
     outcome : Outcome
         The same at the horizon.
-    every : callable
-        Returns every effect as far as it was fitted, those that seemed not worth it, too.
-    known : mapping of joint to mapping of str to Identification
-        Laws that may be missing.
     """
 
     found: Found
     outcome: Outcome
-    every: Callable[[], Sequence[Fit]] = tuple
-    known: Known = field(default_factory=dict)
 
     @cached_property
     def is_enough(self) -> bool:
@@ -160,8 +148,8 @@ class Begun:
         campaign, alone = first.campaign, bool(found.data.model.structures)
         if not self.is_enough and not needs_none(found) and not alone:
             found, campaign, forms = with_more(found, campaign, first.forms, first.singles, say)
-            found = with_all(found, campaign, forms, self.every, say, known=self.known)
-        return with_pairs_ahead(found, campaign, self.known, say)
+            found = with_all(found, campaign, forms, say)
+        return with_pairs_ahead(found, campaign, campaign.known, say)
 
 
 def _begun(
@@ -197,86 +185,24 @@ def _begun(
         error_of(campaign.data, linear, forms[-1].held_out) < LINEAR_ENOUGH
     )
     campaign, explained = alone(campaign, linear, forms[-1]) if is_near else (campaign, False)
-    if original.structures:
-        return _in_structures(
-            original, linear_model, campaign, linear, say, explained=explained
-        )
-    say("screening")
-    known = campaign.known
-    starts = screen(model, campaign.fitted, tuple(known), known, explained=explained)
-    one_more = OneMore(
-        campaign.data,
-        linear,
-        known,
-        campaign.stages,
-        linear=as_in(linear.hypothesis, linear_model.model),
-        say=say,
-        condition=Condition(explained=explained),
-    )
-    begun: list[Begun] = []
-    near = in_likely_joints(starts, known)
-    for outcome in _outcomes(campaign, linear, near, one_more, say):
-        one = told(original, linear_model, outcome, one_more.failed, starts)
-        begun.append(Begun(one, outcome, lambda: one_more.every(near), known_of(near, known)))
-        if begun[-1].is_enough:
-            break
-    last = begun[-1]
-    other = where_tests_differ(last.outcome, say, explained=last.found.explained)
-    if other is not None:
-        one = told(original, linear_model, other, one_more.failed, starts)
-        last = replace(last, found=one, outcome=other)
-    if last.is_enough or needs_none(last.found):
-        return last
-    more = with_modes_beside(last.outcome, linear_model, tests, say)
-    return last if more is None else _begun(original, *more, say, scaled_by)
-
-
-def _in_structures(
-    original: Model,
-    linear_model: LinearModel,
-    campaign: Campaign,
-    linear: Fit,
-    say: Callable[[str], None],
-    *,
-    explained: bool,
-) -> Begun:
-    """Return the hypotheses that explain tests of structures; none where the model does."""
     if explained:
         outcome = at_the_horizon(campaign, linear, [], say)
-        return Begun(told(original, linear_model, outcome, {}, ()), outcome)
-    one = raced(campaign, linear_model, campaign.known, say)
-    campaign = replace(campaign, data=one.base.data)
-    outcome = at_the_horizon(campaign, one.base, one.fits, say)
-    return Begun(told(original, linear_model, outcome, one.failed, ()), outcome)
-
-
-def _outcomes(
-    campaign: Campaign,
-    linear: Fit,
-    starts: Sequence[Start],
-    one_more: OneMore,
-    say: Callable[[str], None],
-) -> Iterator[Outcome]:
-    """Yield findings as the circle of effects that are tried widens; all at last."""
-    first = None
-    explained = one_more.condition.explained
-    for circle in () if explained else widening(starts, campaign.known):
-        singles = one_more.found(circle)
-        if first is not None and set(singles) <= set(first.singles):
-            continue
-        if any(one.level < MUCH * linear.level for one in singles):
-            here = replace(campaign, data=one_more.data)
-            first = widened(first, singles) if first is not None else None
-            first = first or at_the_horizon(here, linear, singles, say, one_more=one_more)
-            yield first
-    singles = one_more.found(starts)
-    campaign, hidden = replace(campaign, data=one_more.data), list[Fit]()
-    best = min((linear, *singles), key=lambda one: one.level)
-    if not is_mostly_noise(campaign, best):
-        left = min((start.left for start in starts), default=0.0)
-        hidden = hidden_pairs(campaign, linear, one_more.least, left, say)
-        campaign = replace(campaign, data=hidden[0].data) if hidden else campaign
-    first = widened(first, singles) if first is not None and not hidden else None
-    yield first or at_the_horizon(
-        campaign, linear, singles, say, one_more=one_more, hidden=hidden
-    )
+        one = told(original, linear_model, outcome, {}, ())
+    else:
+        none = linear.hypothesis
+        x = as_in(none, linear_model.model)
+        last = raced(campaign.data, none, x, campaign.known, say)
+        campaign = replace(campaign, data=last.base.data)
+        outcome = at_the_horizon(campaign, last.base, last.fits, say)
+        one = told(original, linear_model, outcome, last.failed, last.left)
+    begun = Begun(one, outcome)
+    if original.structures:
+        return begun
+    other = where_tests_differ(outcome, say, explained=one.explained)
+    if other is not None:
+        one = told(original, linear_model, other, one.failed, one.behind)
+        begun = Begun(one, other)
+    if begun.is_enough or needs_none(begun.found):
+        return begun
+    more = with_modes_beside(begun.outcome, linear_model, tests, say)
+    return begun if more is None else _begun(original, *more, say, scaled_by)

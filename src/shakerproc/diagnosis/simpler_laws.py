@@ -11,7 +11,7 @@ from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
-from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
+from shakerproc.diagnosis.estimation.richer_laws import FIRST_ROUNDS
 from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known

@@ -1,13 +1,12 @@
 """An effect that is asked for: where it may stand, what is looked for, where fits start."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import final
 
 from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.hypotheses.joints import Joint
-from shakerproc.diagnosis.screening import Start
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Scale
 from shakerproc.models.effects import Table
@@ -26,7 +25,7 @@ class Wanted:
     between : (str, str), optional
         The joint; by default the one where it fits best.
     start : mapping of str to float or str
-        Coordinates to start from beside those of the screening [SI].
+        Coordinates to start from beside its own [SI].
     scaled_by : Scale, optional
         Condition of the tests that its force is proportional to.
     """
@@ -49,12 +48,34 @@ def joints_of(campaign: Campaign, wanted: Wanted) -> list[Joint]:
 
 
 def sought(campaign: Campaign, wanted: Wanted) -> dict[Joint, dict[str, Identification]]:
-    """Return the effects to look for in every joint: the wanted one, and those it contains."""
-    joints = joints_of(campaign, wanted)
+    """Return the effects to look for in every joint: the wanted one, and those it contains.
+
+    The wanted one begins from the numbers that were given, too.
+
+    Raises
+    ------
+    DiagnosisError
+        If the effect has no number of such a name.
+    """
     return {
-        joint: with_contained(known, wanted.kind) if joint in joints else {}
-        for joint, known in campaign.known.items()
+        joint: _begun(with_contained(campaign.known[joint], wanted.kind), wanted)
+        for joint in joints_of(campaign, wanted)
     }
+
+
+def _begun(laws: dict[str, Identification], wanted: Wanted) -> dict[str, Identification]:
+    law = laws.get(wanted.kind)
+    if law is None or not wanted.start:
+        return laws
+    first = law.starts[0]
+    unknown = [name for name in wanted.start if name not in first]
+    if unknown:
+        raise DiagnosisError(
+            f"{wanted.kind} has no number {unknown[0]!r} to start from; it has "
+            f"{', '.join(first)}."
+        )
+    starts = ({**first, **wanted.start}, *law.starts)
+    return {**laws, wanted.kind: replace(law, starts=starts)}
 
 
 def with_contained(known: Mapping[str, Identification], kind: str) -> dict[str, Identification]:
@@ -67,29 +88,3 @@ def with_contained(known: Mapping[str, Identification], kind: str) -> dict[str, 
             found[name] = known[name]
             waiting += [one.kind for one in known[name].contains]
     return found
-
-
-def with_own(starts: Sequence[Start], wanted: Wanted) -> list[Start]:
-    """Return starts of the screening, before them the best with the numbers that were given.
-
-    Raises
-    ------
-    DiagnosisError
-        If the effect has no number of such a name.
-    """
-    kept = [replace(start, kept=True) for start in starts]
-    if not wanted.start:
-        return kept
-    own: dict[Joint, Start] = {}
-    for start in kept:
-        if start.kind == wanted.kind:
-            own.setdefault(start.between, start)
-    for start in own.values():
-        unknown = [name for name in wanted.start if name not in start.values]
-        if unknown:
-            raise DiagnosisError(
-                f"{wanted.kind} has no number {unknown[0]!r} to start from; it has "
-                f"{', '.join(start.values)}."
-            )
-    given = [replace(start, values={**start.values, **wanted.start}) for start in own.values()]
-    return [*given, *kept]

@@ -1,16 +1,25 @@
 """Laws that contain one that was fitted, begun where it ended."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from typing import Final
 
-from shakerproc.diagnosis.estimation.beginnings import Beginnings, Tried, as_told, least_left
+from shakerproc.diagnosis.estimation.beginnings import Tried, as_told, least_left
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
-from shakerproc.diagnosis.estimation.one_more import FIRST_ROUNDS
 from shakerproc.diagnosis.estimation.parts import Windows
+from shakerproc.diagnosis.hypotheses.joints import Known
+from shakerproc.diagnosis.nudged.starts import extended
+
+FIRST_ROUNDS: Final = 2
+"""Steps of a fit from the best beginnings: what they are worth shows by then [-]."""
+
+STARTS: Final = 64
+"""Beginnings of each law that are tried [-]."""
 
 
 def richer_laws(
-    begin: Beginnings, data: DataSet, found: Fit, windows: Windows,
+    data: DataSet, known: Known, found: Fit, windows: Windows,
     *, rounds: int, say: Callable[[str], None],
 ) -> Iterator[Fit]:  # fmt: skip
     """Yield the laws that contain a fitted one and leave less, those of few numbers first.
@@ -20,10 +29,10 @@ def richer_laws(
 
     Parameters
     ----------
-    begin : Beginnings
-        Where fits of one more effect begin.
     data : DataSet
         The tests as they are compared now.
+    known : mapping of joint to mapping of str to Identification
+        What each effect says of each joint.
     found : Fit
         The law that was fitted.
     windows : Windows
@@ -34,13 +43,13 @@ def richer_laws(
         Called with what is being tried.
     """
     last = found.hypothesis.added[-1]
-    known = begin.known[last.between]
-    for kind in sorted(known, key=lambda kind: len(known[kind].free)):
-        ended = [
-            one
-            for contained in known[kind].contains
+    laws = known[last.between]
+    for kind in sorted(laws, key=lambda kind: len(laws[kind].free)):
+        ended: list[Tried] = [
+            (hypothesis, x, found.channels)
+            for contained in laws[kind].contains
             if contained.limit and contained.kind == last.kind
-            for one in begin.extended((kind, last.between), contained, found)
+            for hypothesis, x in islice(extended(kind, laws[kind], contained, found), STARTS)
         ]
         if not ended:
             continue

@@ -2,47 +2,41 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.sampling import as_recorded
-from shakerproc.diagnosis.horizon import LONGER
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
-from shakerproc.diagnosis.nudged.base import Base, Moved
-from shakerproc.diagnosis.nudged.ladder import Rung
-from shakerproc.diagnosis.nudged.starts import Group, beyond, own_starts
-from shakerproc.diagnosis.selection.errors import error_of
+from shakerproc.diagnosis.nudged.entering import entered
+from shakerproc.diagnosis.nudged.ladder import Rung, ladder_of
+from shakerproc.diagnosis.nudged.starts import Group
+from shakerproc.diagnosis.selection.errors import LONGER, error_of
 from shakerproc.diagnosis.selection.scores import FAR, as_fitted, worth_a_fit
+from shakerproc.errors import DiagnosisError
 from shakerproc.numerals import numeral
-
-LOOKED_AT: Final = 4
-"""Pieces in which starts are compared [-]."""
 
 ENTERED: Final = 8
 """Pieces in which each law is first fitted [-]."""
 
-STARTED: Final = 6
-"""Starts of a law that are fitted by one step, of those that leave least [-]."""
-
-FEW: Final = 2
-"""Of these so many that go on: steps tell more of a curved law than where it starts [-]."""
-
-APART: Final = 0.2
-"""Change of a coordinate from which on a start is another one [-]."""
+MOST: Final = 4
+"""Hypotheses that go on from one rate to the next at most, beside the best in every joint
+[-]."""
 
 FIRST: Final = 2
 """Steps of the first fit of each law: what it is worth shows by then [-]."""
 
 
-Enter: TypeAlias = Callable[
-    [Fit, Known, Callable[[str], None]], tuple[dict[Group, Fit], dict[str, str]]
-]
+RUNS_AWAY: Final = (
+    "its motion runs away in every test; check stiffness, damping and masses of the model."
+)
+"""What is said of a model that cannot be fitted."""
 
 
 @final
@@ -69,26 +63,45 @@ class Raced:
     failed: Mapping[str, str] = field(default_factory=dict)
 
 
-def at_first(
+def raced(
     data: DataSet,
     hypothesis: Hypothesis,
     x: FloatArray,
-    ladder: Sequence[Rung],
-) -> Fit | None:
-    """Return a hypothesis without more effects at the first rate; None if it runs away."""
-    first = ladder[0]
-    return fit(data, hypothesis, x, first.windows, rounds=2 * first.rounds)
-
-
-def race(
-    on: Fit,
     known: Known,
-    ladder: Sequence[Rung],
     say: Callable[[str], None],
     *,
-    enter: "Enter | None" = None,
-    most: int | None = None,
+    channels: Channels | None = None,
 ) -> Raced:
+    """Return the effects that last in a race on top of a hypothesis.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    hypothesis : Hypothesis
+        What effects are added to.
+    x : (n_x,) array
+        Its coordinates, from which all begin [-].
+    known : mapping of joint to mapping of str to Identification
+        The effects that take part in each joint.
+    say : callable
+        Called with what is being tried.
+    channels : Channels, optional
+        Gains, delays and numbers of tests to start from.
+
+    Raises
+    ------
+    DiagnosisError
+        If the motion of the hypothesis runs away.
+    """
+    ladder = ladder_of(data)
+    on = fit(data, hypothesis, x, ladder[0].windows, rounds=0, channels=channels)
+    if on is None:
+        raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
+    return race(on, known, ladder, say)
+
+
+def race(on: Fit, known: Known, ladder: Sequence[Rung], say: Callable[[str], None]) -> Raced:
     """Return the remaining effects on top of a fit as the nudging rate falls.
 
     Parameters
@@ -101,19 +114,15 @@ def race(
         The rates.
     say : callable
         Called with what is being tried.
-    enter : callable, optional
-        Returns the best fit of every effect at the first rate, and why others failed.
-    most : int, optional
-        So many go on from a rate to the next at most, beside the best in every joint.
     """
     first = _again(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED))) or on
-    entered, failed = (enter or _entered)(first, known, say)
-    base, fits = _as_recorded(first, list(entered.values()))
-    left = {_group(one): one for one in fits}
+    begun, failed = entered(first, known, say)
+    left = {_group(one): one for one in begun.values()}
+    base, fits = _as_recorded(first, chosen(_going_on(first, list(left.values()), known), MOST))
     least = np.inf
     for rung in ladder:
         say(f"held at {numeral(rung.rate)} per s")
-        going = chosen(_going_on(base, fits, known), most)
+        going = chosen(_going_on(base, fits, known), MOST)
         beside, there = _again(base, rung), [_again(one, rung) for one in going]
         now = [one for one in there if one is not None]
         if beside is None or _lost([base, *fits], [beside, *now]):
@@ -128,6 +137,25 @@ def race(
         left |= {_group(one): one for one in fits}
     fits = sorted(_going_on(base, fits, known), key=lambda one: one.level)
     return Raced(base, tuple(fits), _best_of_each(list(left.values())), failed)
+
+
+def held(data: DataSet, hypothesis: Hypothesis, x: FloatArray) -> Fit | None:
+    """Return a hypothesis fitted while it is held ever less; None where it runs away at first.
+
+    Parameters
+    ----------
+    data : DataSet
+        The tests.
+    hypothesis : Hypothesis
+        What is fitted.
+    x : (n_x,) array
+        Its coordinates at first [-].
+    """
+    first, *others = ladder_of(data)
+    found = fit(data, hypothesis, x, first.windows, rounds=first.rounds, step=FARTHEST_STEP)
+    for rung in others:
+        found = None if found is None else _again(found, rung) or found
+    return found
 
 
 def _lost(before: Sequence[Fit], now: Sequence[Fit]) -> bool:
@@ -185,63 +213,8 @@ def _going_on(base: Fit, fits: Sequence[Fit], known: Known) -> list[Fit]:
     return worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
 
 
-def chosen(fits: Sequence[Fit], most: int | None) -> list[Fit]:
+def chosen(fits: Sequence[Fit], most: int) -> list[Fit]:
     """Return the best fits, so many at most, and the best in every joint."""
     order = sorted(fits, key=lambda one: one.level)
-    if most is None:
-        return list(fits)
     first = {one.hypothesis.added[-1].between: one for one in reversed(order)}
     return [one for one in order if one in order[:most] or one in first.values()]
-
-
-def _entered(
-    on: Fit, known: Known, say: Callable[[str], None]
-) -> tuple[dict[Group, Fit], dict[str, str]]:
-    """Return the best fit of every effect at the first rate, and why others failed.
-
-    Those of few numbers first: richer ones begin where they ended, too.
-    """
-    base = Base(on, on.windows.some(LOOKED_AT))
-    found: dict[Group, Fit] = {}
-    failed: dict[str, str] = {}
-    for group, own in own_starts(on, known).items():
-        kind, joint, words = group
-        say(f"{kind} between {' and '.join(joint)}")
-        starts = base.best([*own, *beyond(group, known, found)])
-        best = _best(base.fit, _apart(starts)[:STARTED])
-        if best is None:
-            failed[" ".join((kind, *words))] = "its motion runs away"
-        else:
-            found[group] = best
-    return found, failed
-
-
-def _apart(starts: Sequence[Moved]) -> list[Moved]:
-    """Return starts in their order without those that are next to one before."""
-    found: list[Moved] = []
-    for one in starts:
-        alike = (other for other in found if other[1].own == one[1].own)
-        if all(float(np.max(np.abs(one[2] - other[2]))) > APART for other in alike):
-            found.append(one)
-    return found
-
-
-def _best(on: Fit, starts: Sequence[Moved]) -> Fit | None:
-    """Return the best of fits from starts."""
-    first = [
-        fit(
-            on.data, hypothesis, x, on.windows, rounds=1, channels=on.channels,
-            step=FARTHEST_STEP,
-        )
-        for _, hypothesis, x in starts
-    ]  # fmt: skip
-    near = sorted((one for one in first if one is not None), key=lambda one: one.level)[:FEW]
-    fits = [
-        fit(
-            on.data, one.hypothesis, one.x, on.windows, rounds=FIRST, channels=one.channels,
-            step=one.steps,
-        )
-        for one in near
-    ]  # fmt: skip
-    good = [*near, *(one for one in fits if one is not None)]
-    return min(good, key=lambda one: one.level, default=None)

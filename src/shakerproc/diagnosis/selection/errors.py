@@ -18,6 +18,11 @@ from shakerproc.diagnosis.estimation.residuals import Predicted
 from shakerproc.diagnosis.estimation.run_in import with_starts_fitted
 from shakerproc.diagnosis.estimation.stacks import slope_in_time
 
+LONGER: Final = 1.1
+"""Free-run error over the least of shorter horizons up to which a longer one is taken: errors
+of the numbers add up over it by as much, what cannot be predicted or is not in any law by far
+more [-]."""
+
 PARTED: Final = 0.1
 """Share of the response by which noise of the input may part two motions that are predicted:
 beyond, a test cannot be predicted, whatever the model [-]."""

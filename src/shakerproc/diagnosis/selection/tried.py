@@ -8,11 +8,11 @@ import numpy as np
 from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, numbers, numbers_off
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.diagnosis.result import Errors, Finding, Pair, Tried
-from shakerproc.diagnosis.screening import Start
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, SHARE, bare, leaves_more
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
 from shakerproc.diagnosis.selection.errors import (
@@ -51,16 +51,21 @@ def tried(found: Found, score: Score, *, stands: bool) -> Tried:
 
 
 def untried(found: Found) -> list[Tried]:
-    """Return candidates that were not fitted to the end, with their errors so far."""
+    """Return effects that fell behind, with their errors where runs were held as then."""
+    errors = {one: error_of(one.data, one, one.windows) for one in found.behind}
     return [
-        Tried(one.kind, one.between, None, None, _words(one), float(np.sqrt(one.left)))
-        for one in sorted(found.ruled_out, key=lambda one: one.left)
-    ]
+        Tried(
+            "+".join(one.hypothesis.kinds), one.hypothesis.added[-1].between, None, None,
+            _words(one), errors[one],
+        )
+        for one in sorted(found.behind, key=lambda one: errors[one])
+    ]  # fmt: skip
 
 
-def _words(start: Start) -> dict[str, Estimate]:
+def _words(one: Fit) -> dict[str, Estimate]:
     """Return words that distinguish variants of an effect: the side of a stop."""
-    words = {name: value for name, value in start.values.items() if isinstance(value, str)}
+    fixed = one.hypothesis.added[-1].fixed
+    words = {name: value for name, value in fixed.items() if isinstance(value, str)}
     return {name: Estimate(word, None, None, "") for name, word in words.items()}
 
 

@@ -1,8 +1,7 @@
-"""The race where an effect may sit in one of many joints, and a model has many numbers.
+"""How effects enter the race: from all their starts at once, at the first nudging rate.
 
-Every effect in every joint races, held to what sensors tell of the motion. A window that begins
-anew has a start for every mode, more of them than there are sensors; a model that is held needs
-none.
+A window that begins anew has a start for every mode, more of them than there are sensors; a
+model that is held needs none.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,20 +10,11 @@ from typing import Final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.campaign import RUNS_AWAY, Campaign
-from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.linear_model import LinearModel
-from shakerproc.diagnosis.hypotheses.hypothesis import Addition, hypothesis_of
+from shakerproc.diagnosis.hypotheses.hypothesis import Addition
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
-from shakerproc.diagnosis.nudged.ladder import ladder_of
-from shakerproc.diagnosis.nudged.race import Raced, race
 from shakerproc.diagnosis.nudged.starts import Group, Tried, beyond, own_starts
-from shakerproc.errors import DiagnosisError
-
-MOST: Final = 4
-"""Hypotheses that go on from one rate to the next at most [-]."""
 
 FOLLOWED: Final = 8
 """Laws in joints that are followed by steps, of those whose starts leave least, beside the best
@@ -47,39 +37,6 @@ two decades by more [-]."""
 DECADE: Final = 10.0
 """Ratio of forces from which on they are two starts: between them the least squares of the
 force find the size (see `Base`) [-]."""
-
-
-def raced(
-    campaign: Campaign,
-    linear_model: LinearModel,
-    known: Known,
-    say: Callable[[str], None],
-) -> Raced:
-    """Return the effects that last in a race on top of a model as the lowest level tells it.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The tests.
-    linear_model : LinearModel
-        Numbers of joints and modes, from which all begin.
-    known : mapping of joint to mapping of str to Identification
-        The effects that take part in each joint.
-    say : callable
-        Called with what is being tried.
-
-    Raises
-    ------
-    DiagnosisError
-        If the motion of the model runs away.
-    """
-    data = campaign.data
-    none, ladder = hypothesis_of(data.model), ladder_of(data)
-    x = as_in(none, linear_model.model)
-    on = fit(data, none, x, ladder[0].windows, rounds=0)
-    if on is None:
-        raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
-    return race(on, known, ladder, say, enter=entered, most=MOST)
 
 
 def entered(
@@ -107,12 +64,13 @@ def entered(
         else:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
     found: dict[Group, Fit] = {}
-    for group in _promising(begun):
-        _follow(base, found, group, begun[group])
+    promising = _promising(begun)
+    for group, best in begun.items():
+        _follow(base, found, group, best, STEPS if group in promising else 0)
     for group in every:
-        if group not in begun and (starts := beyond(group, known, found)):
+        if group not in begun and (tried := beyond(group, known, found)):
             say(f"{group[0]} between {' and '.join(group[1])}")
-            _follow(base, found, group, base.best(starts))
+            _follow(base, found, group, base.best(tried), STEPS)
     return found, failed
 
 
@@ -123,9 +81,11 @@ def _promising(begun: dict[Group, list[Moved]]) -> list[Group]:
     return list(dict.fromkeys([*order[:FOLLOWED], *first.values()]))
 
 
-def _follow(base: Base, found: dict[Group, Fit], group: Group, starts: Sequence[Moved]) -> None:
+def _follow(
+    base: Base, found: dict[Group, Fit], group: Group, starts: Sequence[Moved], steps: int
+) -> None:
     """Add where steps from the best starts of a law in a joint lead."""
-    ends = [base.stepped(own, x, STEPS) for _, own, x in starts[:STEPPED]]
+    ends = [base.stepped(own, x, steps) for _, own, x in starts[: STEPPED if steps else 1]]
     best = min((one for one in ends if one is not None), key=_level, default=None)
     if best is None:
         return
