@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from tests.diagnosis.screening_cases import campaign, chain, identifications, with_effect
+from tests.diagnosis.chains import campaign, chain, identifications, with_effect
 
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of

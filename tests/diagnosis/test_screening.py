@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from tests.diagnosis.screening_cases import (
+from tests.diagnosis.chains import (
     campaign,
     chain,
     identifications,

@@ -19,10 +19,9 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.hypotheses.joints import joints_of
+from shakerproc.diagnosis.hypotheses.joints import joints_of, linear_parts
 from shakerproc.diagnosis.nudged.ladder import Rung
 from shakerproc.diagnosis.nudged.race import Raced, race
-from shakerproc.diagnosis.screening.shared import linear_parts
 
 ROUNDS: Final = 25
 """Steps of a fit: ten are too few for a slider behind a spring, 25 enough (IDENTIFICATION.md)

@@ -10,9 +10,15 @@ from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.found import Found, is_within
-from shakerproc.diagnosis.horizon import LONGER, PREDICTED
+from shakerproc.diagnosis.horizon import PREDICTED
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE
-from shakerproc.diagnosis.selection.errors import PARTED, error_of, floors_of, pooled_floor
+from shakerproc.diagnosis.selection.errors import (
+    LONGER,
+    PARTED,
+    error_of,
+    floors_of,
+    pooled_floor,
+)
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.models import Model
 from shakerproc.simulation.assembly import assemble

@@ -10,10 +10,11 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data import JointMotion, Test
 from shakerproc.models import BASE, Model, Scale
-from shakerproc.models.coordinates import mobility
+from shakerproc.models.coordinates import mobility, resolved
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Spring
 from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.identification import Identification, JointScales
+from shakerproc.models.laws import Law
 
 Joint: TypeAlias = tuple[str, str]
 
@@ -27,6 +28,13 @@ def joints_of(model: Model) -> tuple[Joint, ...]:
     for element in model.elements:
         found.setdefault(frozenset(element.between), (element.between[0], element.between[1]))
     return tuple(found.values())
+
+
+def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
+    """Return the stiffness [N/m] and damping [N s/m] of what is linear in a joint."""
+    rows = [e.effect.rows() for e in resolved(model) if set(e.between) == set(joint)]
+    linear = [row.values for own in rows for row in own if row.law is Law.LINEAR]
+    return sum(v[0] for v in linear), sum(v[1] for v in linear)
 
 
 def scales_of(

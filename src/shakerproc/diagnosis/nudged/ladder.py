@@ -1,6 +1,9 @@
 """The ladder of a race: nudging rates, and the pieces of tests fitted to at each."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
@@ -20,6 +23,10 @@ sensors tell [-]."""
 
 PERIODS: Final = 2.0
 """Periods of the joint's motion that the place of a joint takes to find itself [-]."""
+
+
+FEWEST: Final = 8
+"""Pieces at least that are fitted to at a rate, where tests hold as many [-]."""
 
 
 def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windows:
@@ -50,31 +57,44 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
     table, counted = [], []
     for i, (test, runs) in enumerate(zip(data.tests, stretches, strict=True)):
         length = max(lead, round(data.lengths.block_s * test.sample_rate))
-        for first, last in _chosen(data, i, runs, length, share):
+        whole = max((b - a for a, b in runs), default=1)
+        places = [
+            (a, b)
+            for run in runs
+            for a, b in pairwise(_edges(*run, length if share < 1.0 else whole))
+            if b > max(a, lead) + TAPS
+        ]
+        for first, last in _chosen(data, i, places, share):
             begin = max(0, first - lead)
-            if last - begin > lead + 2 * TAPS:
-                table.append((i, begin, last - begin))
-                counted.append(np.arange(begin, last) >= max(first, begin + lead))
+            table.append((i, begin, last - begin))
+            counted.append(np.arange(begin, last) >= max(first, begin + lead))
     return Windows(
         np.array(table, np.int64).reshape(-1, 3), tuple(counted), rate=held_at,
         lead=None if rate else lead,
     )  # fmt: skip
 
 
+def _edges(first: int, last: int, length: int) -> list[int]:
+    """Return where equal parts of a stretch meet, of about a length."""
+    count = max(1, (last - first) // length)
+    return [int(v) for v in np.linspace(first, last, count + 1).round()]
+
+
 def _chosen(
-    data: DataSet, test: int, runs: tuple[tuple[int, int], ...], length: int, share: float
-) -> list[tuple[int, int]]:
-    """Return the first sample and the end of pieces of a length in stretches of a test."""
+    data: DataSet, test: int, pieces_of: Sequence[tuple[int, int]], share: float
+) -> Sequence[tuple[int, int]]:
+    """Return a share of the pieces of a test, by their first sample and end."""
     if share >= 1.0:
-        return [(a, b) for a, b in runs if b - a > 2 * TAPS]
-    places = np.array([
-        (a, min(a + length, b)) for first, b in runs for a in range(first, b - 2 * TAPS, length)
-    ]).reshape(-1, 2)
+        return pieces_of
+    places = np.array(pieces_of).reshape(-1, 2)
     if not len(places):
         return []
     energy = np.cumsum(np.sum((data.tests[test].responses / data.noise[test]) ** 2, axis=0))
     own = np.maximum(energy[places[:, 1] - 1] - energy[places[:, 0]], 1e-300)
-    count = min(len(places), max(2, round(share * len(places))))
+    least = math.ceil(FEWEST / len(data.tests))
+    count = max(least, round(share * len(places)))
+    if count >= len(places):
+        return pieces_of
     steps = (np.arange(count) + 0.5) / count
     which = np.unique(np.searchsorted(np.cumsum(own) / own.sum(), steps))
     return [(int(a), int(b)) for a, b in places[np.minimum(which, len(places) - 1)]]
@@ -91,9 +111,6 @@ five periods everything looks linear [-]."""
 LAST: Final = 0.03
 """The last of these rates of a structure whose tests begin at rest: its modes forget as soon by
 their own damping, 1 % and more on feet, and whole tests come next [-]."""
-
-FEWEST: Final = 4
-"""Pieces at least that are fitted to at a rate [-]."""
 
 
 @final

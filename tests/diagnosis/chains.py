@@ -1,4 +1,4 @@
-"""Campaigns in memory for the tests of the screening: random shaking at three levels."""
+"""Campaigns in memory: random shaking at three levels."""
 
 from collections.abc import Sequence
 from itertools import pairwise
