@@ -11,6 +11,7 @@ from shakerproc.diagnosis.campaign import Campaign
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
+from shakerproc.diagnosis.estimation.levels import level_at
 from shakerproc.diagnosis.estimation.richer_laws import FIRST_ROUNDS
 from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
@@ -80,10 +81,15 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
     tried = {found.hypothesis.names}
     while waiting:
         richer = waiting.pop()
-        for hypothesis, x in _contained(richer, known):
+        for hypothesis, begun in _contained(richer, known):
             if hypothesis.names in tried:
                 continue
             tried.add(hypothesis.names)
+            x = (
+                min(begun, key=lambda x: _level(richer, hypothesis, x))
+                if begun[1:]
+                else begun[0]
+            )
             try:
                 starts = _starts(richer, hypothesis, x)
             except ModelError:  # no model can begin so
@@ -100,14 +106,17 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
     return list(fits.values())
 
 
-def _contained(found: Fit, known: Known) -> Iterator[tuple[Hypothesis, FloatArray]]:
-    """Yield a hypothesis with a simpler law or none in place of one effect; where it begins."""
+def _contained(found: Fit, known: Known) -> Iterator[tuple[Hypothesis, list[FloatArray]]]:
+    """Yield a hypothesis with a simpler law or none in place of one effect; where it begins.
+
+    With the numbers whose richer law is nearest, and with its own starts.
+    """
     own, *parts = found.hypothesis.parts(found.x)
     added = found.hypothesis.added
     for i, (richer, x) in enumerate(zip(added, parts, strict=True)):
         if len(added) > 1:
             without = replace(found.hypothesis, added=added[:i] + added[i + 1 :])
-            yield without, np.concatenate([own, *parts[:i], *parts[i + 1 :]])
+            yield without, [np.concatenate([own, *parts[:i], *parts[i + 1 :]])]
         laws = known.get(richer.between, {})
         for law in laws[richer.kind].contains if richer.kind in laws else ():
             if law.kind not in laws:
@@ -115,8 +124,19 @@ def _contained(found: Fit, known: Known) -> Iterator[tuple[Hypothesis, FloatArra
             values = _nearest(laws[law.kind], law, richer, x)
             one = addition(law.kind, richer.between, laws[law.kind], values)
             hypothesis = replace(found.hypothesis, added=(*added[:i], one, *added[i + 1 :]))
-            begun = [own, *parts[:i], one.transformed(values), *parts[i + 1 :]]
-            yield hypothesis, np.concatenate(begun)
+            yield (
+                hypothesis,
+                [
+                    np.concatenate([own, *parts[:i], one.transformed(v), *parts[i + 1 :]])
+                    for v in (values, *laws[law.kind].starts)
+                    if {**v, **one.fixed} == v
+                ],
+            )
+
+
+def _level(found: Fit, other: Hypothesis, x: FloatArray) -> float:
+    """Return the level of another law in the windows of a fit, as it is."""
+    return level_at(found.data, other, x, found.windows, found.channels)
 
 
 def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:
