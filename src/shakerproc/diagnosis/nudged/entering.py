@@ -16,15 +16,15 @@ from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.starts import Group, Tried, beyond, own_starts
 
-FOLLOWED: Final = 8
-"""Laws in joints that are followed by steps, of those whose starts leave least, beside the best
-in every joint [-]."""
+FOLLOWED: Final = (24, 12, 6)
+"""Laws in joints that are followed by steps, of those that leave least so far, beside the best
+in every joint: half of them each time [-]."""
 
 STEPPED: Final = 2
 """Starts of each that are followed [-]."""
 
 STEPS: Final = 3
-"""Steps that follow: what a law is worth shows by then [-]."""
+"""Steps that are followed each time [-]."""
 
 OWN_STARTS: Final = 2
 """Numbers of a law that contains others up to which it has starts of its own; one of more
@@ -63,36 +63,38 @@ def entered(
             begun[group] = best
         else:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
-    found: dict[Group, Fit] = {}
-    promising = _promising(begun)
-    for group, best in begun.items():
-        _follow(base, found, group, best, STEPS if group in promising else 0)
+    ends = {group: best[:STEPPED] for group, best in begun.items()}
+    _step(base, ends, _promising(ends, FOLLOWED[0]))
+    fits = {group: _as_fit(base, moved[0]) for group, moved in ends.items() if moved}
+    simple = {group: one for group, one in fits.items() if one is not None}
     for group in every:
-        if group not in begun and (tried := beyond(group, known, found)):
+        if group not in begun and (tried := beyond(group, known, simple)):
             say(f"{group[0]} between {' and '.join(group[1])}")
-            _follow(base, found, group, base.best(tried), STEPS)
-    return found, failed
+            ends[group] = base.best(tried)[:STEPPED]
+            _step(base, ends, [group])
+    for most in FOLLOWED[1:]:
+        _step(base, ends, _promising(ends, most))
+    fits = {group: _as_fit(base, moved[0]) for group, moved in ends.items() if moved}
+    return {group: one for group, one in fits.items() if one is not None}, failed
 
 
-def _promising(begun: dict[Group, list[Moved]]) -> list[Group]:
-    """Return laws in joints whose starts leave least, the best in every joint among them."""
-    order = sorted(begun, key=lambda group: begun[group][0][0])
+def _promising(ends: dict[Group, list[Moved]], most: int) -> list[Group]:
+    """Return the laws in joints that leave least so far, the best in every joint among them."""
+    order = sorted((group for group in ends if ends[group]), key=lambda g: _level(ends[g][0]))
     first = {group[1]: group for group in reversed(order)}
-    return list(dict.fromkeys([*order[:FOLLOWED], *first.values()]))
+    return list(dict.fromkeys([*order[:most], *first.values()]))
 
 
-def _follow(
-    base: Base, found: dict[Group, Fit], group: Group, starts: Sequence[Moved], steps: int
-) -> None:
-    """Add where steps from the best starts of a law in a joint lead."""
-    ends = [base.stepped(own, x, steps) for _, own, x in starts[: STEPPED if steps else 1]]
-    best = min((one for one in ends if one is not None), key=_level, default=None)
-    if best is None:
-        return
+def _step(base: Base, ends: dict[Group, list[Moved]], groups: Sequence[Group]) -> None:
+    """Let laws go on by steps from where they are, to one end of each."""
+    for group in groups:
+        moved = [base.stepped(own, x, STEPS) for _, own, x in ends[group]]
+        ends[group] = sorted((one for one in moved if one is not None), key=_level)[:1]
+
+
+def _as_fit(base: Base, moved: Moved) -> Fit | None:
     on = base.fit
-    here = fit(on.data, best[1], best[2], on.windows, rounds=0, channels=on.channels)
-    if here is not None:
-        found[group] = here
+    return fit(on.data, moved[1], moved[2], on.windows, rounds=0, channels=on.channels)
 
 
 def _level(moved: Moved) -> float:

@@ -25,7 +25,7 @@ from shakerproc.numerals import numeral
 ENTERED: Final = 8
 """Pieces in which each law is first fitted [-]."""
 
-MOST: Final = 4
+MOST: Final = 6
 """Hypotheses that go on from one rate to the next at most, beside the best in every joint
 [-]."""
 
@@ -118,12 +118,12 @@ def race(on: Fit, known: Known, ladder: Sequence[Rung], say: Callable[[str], Non
     first = _again(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED))) or on
     begun, failed = entered(first, known, say)
     left = {_group(one): one for one in begun.values()}
-    base, fits = _as_recorded(first, chosen(_going_on(first, list(left.values()), known), MOST))
+    near = _going_on(first, list(left.values()), known, behind=np.inf)
+    base, fits = _as_recorded(first, chosen(near, MOST))
     least = np.inf
     for rung in ladder:
         say(f"held at {numeral(rung.rate)} per s")
-        going = chosen(_going_on(base, fits, known), MOST)
-        beside, there = _again(base, rung), [_again(one, rung) for one in going]
+        beside, there = _again(base, rung), [_again(one, rung) for one in fits]
         now = [one for one in there if one is not None]
         if beside is None or _lost([base, *fits], [beside, *now]):
             break
@@ -133,9 +133,8 @@ def race(on: Fit, known: Known, ladder: Sequence[Rung], say: Callable[[str], Non
             if error > LONGER * least and not best.follows_most:
                 break
             least = min(least, error)
-        base, fits = beside, now
-        left |= {_group(one): one for one in fits}
-    fits = sorted(_going_on(base, fits, known), key=lambda one: one.level)
+        left |= {_group(one): one for one in now}
+        base, fits = beside, chosen(_going_on(beside, now, known), MOST)
     return Raced(base, tuple(fits), _best_of_each(list(left.values())), failed)
 
 
@@ -206,11 +205,16 @@ def _again(found: Fit, rung: Rung) -> Fit | None:
     )  # fmt: skip
 
 
-def _going_on(base: Fit, fits: Sequence[Fit], known: Known) -> list[Fit]:
-    """Return the fits that may be the best where runs are held less."""
+def _going_on(
+    base: Fit, fits: Sequence[Fit], known: Known, *, behind: float = FAR
+) -> list[Fit]:
+    """Return the fits that may be the best where runs are held less.
+
+    Those that stand so many standard errors `behind` [-] are left.
+    """
     scores = [s for s in (as_fitted(one.data, one) for one in fits) if s is not None]
     own = as_fitted(base.data, base)
-    return worth_a_fit(scores, known, beside=[] if own is None else [own], behind=FAR)
+    return worth_a_fit(scores, known, beside=[] if own is None else [own], behind=behind)
 
 
 def chosen(fits: Sequence[Fit], most: int) -> list[Fit]:
