@@ -30,10 +30,6 @@ OWN_STARTS: Final = 2
 """Numbers of a law that contains others up to which it has starts of its own; one of more
 begins where those have ended [-]."""
 
-LEVELS: Final = 6
-"""Starts of a law that differ in more than the size of its force: grids of the library cover
-two decades by more [-]."""
-
 DECADE: Final = 10.0
 """Ratio of forces from which on they are two starts: between them the least squares of the
 force find the size (see `Base`) [-]."""
@@ -102,17 +98,12 @@ def _level(moved: Moved) -> float:
 
 
 def _thinned(starts: Sequence[Tried]) -> list[Tried]:
-    """Return some starts of one law: of those that differ in the size of its force a few.
-
-    And of the others as many as cover what they span.
-    """
+    """Return the starts of one law, of those that differ in the size of its force a few."""
     each: dict[tuple[float, ...], list[tuple[float, Tried]]] = {}
     for hypothesis, x in starts:
         shape, size = _shape_and_size(hypothesis.added[-1], x)
         each.setdefault(shape, []).append((size, (hypothesis, x)))
-    shapes = sorted(each)
-    which = np.unique(np.linspace(0, len(shapes) - 1, min(LEVELS, len(shapes))).round())
-    return [one for i in which for one in _decades(each[shapes[int(i)]])]
+    return [one for shape in sorted(each) for one in _decades(each[shape])]
 
 
 def _decades(sized: Sequence[tuple[float, Tried]]) -> list[Tried]:

@@ -18,7 +18,7 @@ from shakerproc.diagnosis.nudged.entering import entered
 from shakerproc.diagnosis.nudged.ladder import Rung, ladder_of
 from shakerproc.diagnosis.nudged.starts import Group
 from shakerproc.diagnosis.selection.errors import LONGER, error_of
-from shakerproc.diagnosis.selection.scores import FAR, as_fitted, worth_a_fit
+from shakerproc.diagnosis.selection.scores import FAR, SURE, as_fitted, worth_a_fit
 from shakerproc.errors import DiagnosisError
 from shakerproc.numerals import numeral
 
@@ -135,7 +135,8 @@ def race(on: Fit, known: Known, ladder: Sequence[Rung], say: Callable[[str], Non
             least = min(least, error)
         left |= {_group(one): one for one in now}
         base, fits = beside, chosen(_going_on(beside, now, known), MOST)
-    return Raced(base, tuple(fits), _best_of_each(list(left.values())), failed)
+    last = _going_on(base, fits, known, behind=SURE)
+    return Raced(base, tuple(last), _best_of_each(list(left.values())), failed)
 
 
 def held(data: DataSet, hypothesis: Hypothesis, x: FloatArray) -> Fit | None:
