@@ -25,7 +25,7 @@ from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.nudged.ladder import ladder_of
-from shakerproc.diagnosis.nudged.race import at_first, race
+from shakerproc.diagnosis.nudged.race import raced
 from shakerproc.model_files import read_model
 from shakerproc.testlog import read_testlog
 
@@ -38,18 +38,14 @@ def run(place: Path) -> None:
     tests = prepared([arrays(one) for one in measured], imposed=model.excitation.imposed)
     begin = time.process_time()
     campaign = campaign_of(replace(model, sensors=sensors), tests)
-    ladder = ladder_of(campaign.data)
     none = hypothesis_of(campaign.data.model)
-    base = at_first(campaign.data, none, np.zeros(none.size), ladder)
-    if base is None:
-        print("  its motion runs away")
-        return
-    raced = race(base, campaign.known, ladder, lambda _text: None)
-    print(f"  none {raced.base.level:.4g}, rates {[round(r.rate, 3) for r in ladder]}")
-    for one in raced.fits:
-        print(f"  {told(one)}")
-    for one in sorted(raced.left, key=lambda one: one.level)[:8]:
-        print(f"    left: {one.hypothesis.kinds[-1]} {one.level:.4g}")
+    one = raced(campaign.data, none, np.zeros(none.size), campaign.known, lambda _text: None)
+    rates = [round(rung.rate, 3) for rung in ladder_of(campaign.data)]
+    print(f"  none {one.base.level:.4g}, rates {rates}")
+    for fit in one.fits:
+        print(f"  {told(fit)}")
+    for fit in sorted(one.left, key=lambda fit: fit.level)[:8]:
+        print(f"    left: {fit.hypothesis.kinds[-1]} {fit.level:.4g}")
     print(f"  {time.process_time() - begin:.1f} s of processor time", flush=True)
 
 

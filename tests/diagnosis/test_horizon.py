@@ -8,6 +8,7 @@ from shakerproc.diagnosis.estimation.form import carried, usable_forms
 from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.horizon import along, scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
+from shakerproc.diagnosis.nudged.ladder import ladder_of
 from shakerproc.models import EFFECTS
 
 CUBIC = {"coefficient": 3e11}
@@ -18,7 +19,7 @@ def test_what_falls_far_behind_is_fitted_no_further_and_scored_as_the_rest():
     campaign = campaign_of(data.model, data.tests)
     forms = usable_forms(campaign.data)[:2]
     hypothesis, x = added(data, "cubic_stiffness", **CUBIC)
-    shortest = campaign.stages.windows[0]
+    shortest = ladder_of(data)[0].windows
     best = carried(data, fit(data, hypothesis, x, shortest, rounds=5), forms)
     none = hypothesis_of(data.model)
     linear = fit(data, none, np.zeros(none.size), shortest, rounds=5)

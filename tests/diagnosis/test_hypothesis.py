@@ -7,8 +7,7 @@ import pytest
 from tests.diagnosis.one_mass import JOINT, one_mass
 
 from shakerproc.diagnosis.hypotheses.hypothesis import OWN_REACH, addition, hypothesis_of
-from shakerproc.diagnosis.hypotheses.joints import identifications
-from shakerproc.diagnosis.screening.shared import linear_parts
+from shakerproc.diagnosis.hypotheses.joints import identifications, linear_parts
 from shakerproc.errors import ModelError
 from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.models.effects import Damper, Spring

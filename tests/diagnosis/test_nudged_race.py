@@ -9,8 +9,8 @@ from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
 from shakerproc.diagnosis.campaign import campaign_of
 from shakerproc.diagnosis.data import prepared
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
-from shakerproc.diagnosis.nudged.ladder import ladder_of, pieces
-from shakerproc.diagnosis.nudged.race import at_first, race
+from shakerproc.diagnosis.nudged import race
+from shakerproc.diagnosis.nudged.ladder import pieces
 from shakerproc.models import EFFECTS
 
 HIDDEN = {
@@ -25,9 +25,10 @@ def raced(effect):
     tests = prepared(arrays_of(one_mass(effect=effect), levels=(2.0, 6.0), seconds=2.0))
     campaign = campaign_of(one_mass(), tests)
     laws = {kind: campaign.known[JOINT][kind] for kind in HIDDEN}
-    ladder, none = ladder_of(campaign.data), hypothesis_of(campaign.data.model)
-    base = at_first(campaign.data, none, np.zeros(none.size), ladder)
-    return race(base, {JOINT: laws}, ladder, lambda _text: None)
+    none = hypothesis_of(campaign.data.model)
+    return race.raced(
+        campaign.data, none, np.zeros(none.size), {JOINT: laws}, lambda _text: None
+    )
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 from tests.diagnosis.chains import campaign, chain, identifications, with_effect
 
 from shakerproc.diagnosis.estimation.data_set import DataSet
+from shakerproc.diagnosis.estimation.least_squares import fit
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.nudged.ladder import ladder_of
-from shakerproc.diagnosis.nudged.race import at_first
 from shakerproc.diagnosis.nudged.starts import own_starts
 from shakerproc.models.effects import CubicStiffness
 
@@ -23,7 +23,8 @@ def turned():
     tests = campaign(with_effect(chain(1), CubicStiffness(2e10), JOINT))
     known = identifications(model, tests, KINDS)
     data, none = DataSet(model, tests), hypothesis_of(model)
-    starts = own_starts(at_first(data, none, np.zeros(none.size), ladder_of(data)), known)
+    on = fit(data, none, np.zeros(none.size), ladder_of(data)[0].windows, rounds=0)
+    starts = own_starts(on, known)
     return [
         (hypothesis, x)
         for tried in starts.values()

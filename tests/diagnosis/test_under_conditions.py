@@ -13,7 +13,6 @@ from shakerproc.diagnosis.adding import add_to_arrays
 from shakerproc.diagnosis.data import members_of, models_of, prepared
 from shakerproc.diagnosis.differing import scales_between
 from shakerproc.diagnosis.estimation.linear import fit_linear
-from shakerproc.diagnosis.screening.shared import screening_of
 from shakerproc.diagnosis.wanted import Wanted
 from shakerproc.errors import DiagnosisError, ModelError
 from shakerproc.models import EFFECTS, Conditions, Element, Scale
@@ -54,22 +53,6 @@ def test_a_damper_that_is_scaled_is_told_from_one_that_is_not(damped):
     assert max(found.left.values()) < 0.01
     alike = fit_linear(with_coil(EFFECTS["damper"](16.0), scale=None), damped)
     assert max(alike.left.values()) > 0.3
-
-
-def test_the_screening_is_left_with_noise_where_a_scaled_damper_is_all(damped):
-    """Whatever test the linear model is right in: the others differ by the scaled force."""
-    file = with_coil(EFFECTS["damper"](20.0))
-    alike = with_coil(EFFECTS["damper"](20.0), scale=None)
-    left = [
-        screening.regression.cost / screening.equations.n_numbers
-        for screening in (screening_of(one, damped, [JOINT]) for one in (file, alike))
-    ]
-    assert left[0] < 3.0
-    assert left[1] > 30.0 * left[0]
-    first = screening_of(file, damped, [JOINT])
-    stiffer, more_damped = first.changes(first.regression.amplitudes)
-    assert abs(stiffer[0]) < 0.01 * STIFFNESS
-    assert abs(more_damped[0]) < 0.05 * DAMPING
 
 
 def test_tests_under_like_conditions_share_a_model():

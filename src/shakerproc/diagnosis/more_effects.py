@@ -6,13 +6,14 @@ from itertools import permutations
 from typing import Final
 
 from shakerproc.diagnosis.campaign import Campaign
+from shakerproc.diagnosis.estimation.beginnings import as_table
 from shakerproc.diagnosis.estimation.form import Form
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.race import raced
-from shakerproc.diagnosis.nudged.tables import free_laws
+from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.scores import (
     LEAST,
     Score,
@@ -141,5 +142,8 @@ def parts_of(scores: Sequence[Score], singles: Sequence[Fit]) -> list[Fit]:
 
 def _free(campaign: Campaign, linear: Fit) -> list[Fit]:
     """Return the missing force as a smooth table in the joint that it explains most of."""
-    laws = free_laws(campaign.data)[:1]
-    return [replace(linear, hypothesis=law.hypothesis, x=law.x) for law in laws]
+    laws = free_laws(campaign.data.model, campaign.fitted, tuple(campaign.known))
+    if not laws:
+        return []
+    begun = as_table(campaign.data.model, laws[0])
+    return [] if begun is None else [replace(linear, hypothesis=begun[0], x=begun[1])]

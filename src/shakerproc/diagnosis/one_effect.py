@@ -8,7 +8,7 @@ from typing import final
 from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.beginnings import as_in
+from shakerproc.diagnosis.estimation.beginnings import as_in, as_table
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual, without_driven
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
@@ -22,8 +22,8 @@ from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import identifications, scales_of
 from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.nudged.race import Raced, held, raced
-from shakerproc.diagnosis.nudged.tables import free_laws
 from shakerproc.diagnosis.outcome import Outcome
+from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
 from shakerproc.diagnosis.wanted import Wanted, joints_of, sought
@@ -224,6 +224,10 @@ def _of_kind(one: Raced, wanted: Wanted) -> list[Fit]:
 def _tables(campaign: Campaign, wanted: Wanted) -> list[Fit]:
     """Return the missing force as a smooth table, with own numbers, held ever less."""
     data, joints = campaign.data, joints_of(campaign, wanted)
-    law = next((law for law in free_laws(data) if law.between in joints), None)
-    found = None if law is None else held(data, law.hypothesis, law.x)
+    laws = free_laws(data.model, campaign.fitted, tuple(campaign.known))
+    law = next((law for law in laws if law.between in joints), None)
+    begun = None if law is None else as_table(data.model, law)
+    if begun is None:
+        return []
+    found = held(data, *begun)
     return [] if found is None else [found]

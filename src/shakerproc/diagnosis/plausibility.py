@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.comparison.measured import Measured
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.diagnosis.transfer import LinearModel, linear_model
+from shakerproc.diagnosis.screening.transfer import LinearModel, linear_model
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.spectra import coherence, cross_spectra, h1

@@ -52,7 +52,8 @@ def test_what_is_held_out_shows_all_phases_of_a_motion_that_repeats(campaign):
 def test_a_constant_of_the_force_is_estimated_with_the_damping(campaign):
     data = campaign.data
     none = hypothesis_of(data.model)
-    found = fit(data, none, np.zeros(none.size), campaign.stages.windows[-1], rounds=10)
+    windows = forms_of(data)[1].fitted
+    found = fit(data, none, np.zeros(none.size), windows, rounds=10)
     element = none.model_at(found.x).elements[0]
     assert_allclose(element.effect.damping, DAMPING, rtol=0.01)
     assert_allclose(found.of_tests[0] * data.input_sizes, OFFSET, rtol=0.03)

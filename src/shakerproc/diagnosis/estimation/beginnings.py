@@ -1,6 +1,7 @@
 """Where fits begin: own numbers as elsewhere, a table, the starts that leave least."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -13,11 +14,14 @@ from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.hypotheses.hypothesis import (
     FARTHEST,
     Hypothesis,
+    hypothesis_of,
 )
 from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.diagnosis.nudged.starts import as_in_file
+from shakerproc.diagnosis.screening import FreeLaw
 from shakerproc.diagnosis.selection.scores import LEAST
-from shakerproc.models import Model
+from shakerproc.errors import ModelError
+from shakerproc.models import Element, Model
 
 
 def as_in(none: Hypothesis, other: Model) -> FloatArray:
@@ -51,6 +55,19 @@ def own_start(
             ratios[i] += changes[joints.index(joint)]
     signs = np.array([number.sign for number in none.own])
     return _coordinates(signs * ratios)
+
+
+def as_table(model: Model, law: FreeLaw) -> tuple[Hypothesis, FloatArray] | None:
+    """Return a model with a force without a name, and its own numbers that go with it.
+
+    None where the force pushes away at its end, so that no body would stay there.
+    """
+    element = Element(law.effect, law.between)
+    try:
+        hypothesis = hypothesis_of(replace(model, elements=(*model.elements, element)))
+    except ModelError:
+        return None
+    return hypothesis, own_start(hypothesis, law.stiffness, law.damping)
 
 
 def _coordinates(ratios: FloatArray) -> FloatArray:

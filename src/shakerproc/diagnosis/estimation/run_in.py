@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point, State
@@ -87,47 +87,6 @@ def _with_starts(
         here, state = _begun_at(linearisation, here, state, lost, other)
         here, _ = _settled(linearisation, here, state)
     return replace(found, windows=windows, starts=here.starts)
-
-
-def found_again(data: DataSet, found: Fit, *, rounds: int, known: bool = False) -> Fit:
-    """Return a fit with the starts of windows that it lost sought anew, if it leaves less then.
-
-    A window that begins in another well, or on the other side of a wall, than the measured
-    motion did leaves much where most leave noise; no step leads out of there. From its first
-    samples on, of which the more are taken the longer it follows them, one does.
-
-    Parameters
-    ----------
-    data : DataSet
-        The tests.
-    found : Fit
-        To windows with starts of their own.
-    rounds : int
-        Steps at most from there.
-    known : bool
-        Whether its numbers leave no more than noise of most of shorter windows: then all that
-        leave more are lost, however many.
-    """
-    windows = found.windows
-    if windows.from_rest or found.starts is None:
-        return found
-    linearisation = Linearisation(data, found.hypothesis, windows)
-    here = linearisation.point_with(found.x, found.channels, found.starts)
-    state = linearisation.residual(here)
-    if state is None:
-        return found
-    lost = _lost(linearisation, state)
-    if lost.size <= FEW * len(windows) or (2 * lost.size >= len(windows) and not known):
-        return found
-    other = _grown(data, found, windows.chosen(lost))
-    if other is None:
-        return found
-    here, _ = _begun_at(linearisation, here, state, lost, other)
-    again = fit(
-        data, found.hypothesis, found.x, windows, rounds=rounds, channels=found.channels,
-        starts=here.starts,
-    )  # fmt: skip
-    return again if again is not None and again.level < found.level else found
 
 
 def _fitted(
