@@ -5,7 +5,7 @@ model that is held needs none.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
-from shakerproc.diagnosis.nudged.starts import Group, Tried, beyond, own_starts
+from shakerproc.diagnosis.nudged.starts import Group, Tried, as_in_file, beyond, own_starts
 
 FOLLOWED: Final = (24, 12, 6)
 """Laws in joints that are followed by steps, of those that leave least so far, beside the best
@@ -26,9 +26,8 @@ STEPPED: Final = 2
 STEPS: Final = 3
 """Steps that are followed each time [-]."""
 
-OWN_STARTS: Final = 2
-"""Numbers of a law that contains others up to which it has starts of its own; one of more
-begins where those have ended [-]."""
+APART: Final = 0.2
+"""Change of a coordinate from which on a start is another one [-]."""
 
 DECADE: Final = 10.0
 """Ratio of forces from which on they are two starts: between them the least squares of the
@@ -41,60 +40,91 @@ def entered(
     """Return effects in every joint at the first rate, and why others failed.
 
     Starts of all are compared; those that leave least are followed, and laws that contain these
-    begin where they ended. The slopes by the model's own numbers are those without any effect,
-    so that a law takes as few runs in a structure of many modes as in one mass.
+    begin where they ended, too. The slopes by the model's own numbers are those without any
+    effect, so that a law takes as few runs in a structure of many modes as in one mass.
     """
-    base = Base(on, on.windows)
+    bases = _bases(on)
     failed: dict[str, str] = {}
-    begun: dict[Group, list[Moved]] = {}
+    ends: dict[Group, list[_End]] = {}
     every = own_starts(on, known)
     for group, starts in every.items():
-        law = known[group[1]][group[0]]
-        if law.contains and len(law.free) > OWN_STARTS:
-            continue
         say(f"{group[0]} between {' and '.join(group[1])}")
-        tried = [one for one in starts if np.array_equal(one[1][: on.x.size], on.x)]
-        best = base.best(_thinned(tried))
-        if best:
-            begun[group] = best
+        tried = [end for base in bases for end in _begun(base, _thinned(_at(base, on, starts)))]
+        if tried:
+            ends[group] = sorted(tried, key=_level)[:STEPPED]
         else:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
-    ends = {group: best[:STEPPED] for group, best in begun.items()}
-    _step(base, ends, _promising(ends, FOLLOWED[0]))
-    fits = {group: _as_fit(base, moved[0]) for group, moved in ends.items() if moved}
-    simple = {group: one for group, one in fits.items() if one is not None}
+    _step(ends, _promising(ends, FOLLOWED[0]))
+    simple = _as_fits(ends)
     for group in every:
-        if group not in begun and (tried := beyond(group, known, simple)):
-            say(f"{group[0]} between {' and '.join(group[1])}")
-            ends[group] = base.best(tried)[:STEPPED]
-            _step(base, ends, [group])
+        if richer := beyond(group, known, simple):
+            before = ends.get(group, [])
+            ends[group] = _begun(bases[0], richer)[:STEPPED]
+            _step(ends, [group])
+            ends[group] = sorted([*before, *ends[group]], key=_level)[:1]
     for most in FOLLOWED[1:]:
-        _step(base, ends, _promising(ends, most))
-    fits = {group: _as_fit(base, moved[0]) for group, moved in ends.items() if moved}
-    return {group: one for group, one in fits.items() if one is not None}, failed
+        _step(ends, _promising(ends, most))
+    return _as_fits(ends), failed
 
 
-def _promising(ends: dict[Group, list[Moved]], most: int) -> list[Group]:
+def _bases(on: Fit) -> list[Base]:
+    """Return a fit, and the same with the model's own numbers as its file tells them.
+
+    Numbers that were fitted without an effect imitate it, and lead away from it.
+    """
+    x = as_in_file(on.hypothesis, on.x)
+    file = fit(on.data, on.hypothesis, x, on.windows, rounds=0, channels=on.channels)
+    is_apart = file is not None and bool(np.any(np.abs(x - on.x) > APART))
+    return [Base(one, on.windows) for one in ((on, file) if is_apart else (on,)) if one]
+
+
+def _at(base: Base, on: Fit, starts: Sequence[Tried]) -> list[Tried]:
+    """Return the starts at the numbers of a base; in wells at those of the file."""
+    own = base.fit.x
+    return [
+        (hypothesis, x)
+        for hypothesis, x in starts
+        if np.array_equal(x[: own.size], own)
+        or (base.fit is not on and hypothesis.own != on.hypothesis.own)
+    ]
+
+
+def _begun(base: Base, starts: Sequence[Tried]) -> list["_End"]:
+    return [(base, moved) for moved in base.best(starts)]
+
+
+def _promising(ends: dict[Group, list["_End"]], most: int) -> list[Group]:
     """Return the laws in joints that leave least so far, the best in every joint among them."""
     order = sorted((group for group in ends if ends[group]), key=lambda g: _level(ends[g][0]))
     first = {group[1]: group for group in reversed(order)}
     return list(dict.fromkeys([*order[:most], *first.values()]))
 
 
-def _step(base: Base, ends: dict[Group, list[Moved]], groups: Sequence[Group]) -> None:
+def _step(ends: dict[Group, list["_End"]], groups: Sequence[Group]) -> None:
     """Let laws go on by steps from where they are, to one end of each."""
     for group in groups:
-        moved = [base.stepped(own, x, STEPS) for _, own, x in ends[group]]
-        ends[group] = sorted((one for one in moved if one is not None), key=_level)[:1]
+        tried = [(base, base.stepped(own, x, STEPS)) for base, (_, own, x) in ends[group]]
+        moved = [(base, one) for base, one in tried if one is not None]
+        ends[group] = sorted(moved, key=_level)[:1]
+
+
+def _as_fits(ends: dict[Group, list["_End"]]) -> dict[Group, Fit]:
+    """Return the fits of laws where they are."""
+    fits = {group: _as_fit(*own[0]) for group, own in ends.items() if own}
+    return {group: one for group, one in fits.items() if one is not None}
 
 
 def _as_fit(base: Base, moved: Moved) -> Fit | None:
     on = base.fit
-    return fit(on.data, moved[1], moved[2], on.windows, rounds=0, channels=on.channels)
+    return fit(on.data, *moved[1:], on.windows, rounds=0, channels=on.channels)
 
 
-def _level(moved: Moved) -> float:
-    return moved[0]
+_End: TypeAlias = tuple[Base, Moved]
+"""Where steps have led, and whose slopes they follow."""
+
+
+def _level(end: _End) -> float:
+    return end[1][0]
 
 
 def _thinned(starts: Sequence[Tried]) -> list[Tried]:

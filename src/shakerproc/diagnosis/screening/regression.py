@@ -14,9 +14,6 @@ from shakerproc.data import FloatArray
 _RIDGE: Final = 1e-12
 """Share of a column's own square that keeps the equations solvable [-]."""
 
-PARALLEL: Final = 1e-6
-"""Least share of two columns that must be their own for both to be told [-]."""
-
 _TINY: Final = 1e-300
 """Least sum of squares that is divided by [-]."""
 
