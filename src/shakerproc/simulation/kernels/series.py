@@ -8,6 +8,7 @@ from typing import Final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined
+from shakerproc.models.kernels import on_curve
 from shakerproc.simulation.kernels.modes import iwan_slip, signed
 from shakerproc.simulation.kernels.polynomials import cell, coefficient, origin
 from shakerproc.simulation.kernels.table import (
@@ -143,6 +144,8 @@ def law_series(
     if law == LUGRE:
         return _lugre(machine, row, order, lines)
     if law == BOUC_WEN:
+        if machine.values[row, 5] >= 0.0:
+            return _bouc_wen_on_curve(machine, row, order, lines)
         return k * lines[row, STATE, order], _bouc_wen_rate(machine, row, order, lines)
     if law == CONSTANT:
         return (k if order == 0 else 0.0), 0.0
@@ -302,6 +305,41 @@ def _bouc_wen_rate(machine: Machine, row: int, order: int, lines: FloatArray) ->
     lines[row, BASE, order] = sign * lines[row, STATE, order] / machine.values[row, 1]
     lines[row, PLANES - 1, order] = power(lines, row, machine.values[row, 2], order)
     return v - share * product(lines, row, PLANES - 1, VELOCITY, order)
+
+
+@inlined
+def _bouc_wen_on_curve(
+    machine: Machine, row: int, order: int, lines: FloatArray
+) -> tuple[float, float]:
+    """Return the force, and the rate of the way back (see `laws.curve_back`).
+
+    BASE holds the force, the last plane its power, the two before what the curve rises by the
+    way back, and what the way back grows by displacement.
+    """
+    mode, exponent, back = machine.mode[row, 0], machine.values[row, 2], machine.values[row, 4]
+    slip, sign = machine.values[row, 1], 1.0 if mode >= 2 else -1.0
+    rise, growth = PLANES - 2, PLANES - 3
+    if order == 0:
+        way = sign * lines[row, STATE, 0] / slip
+        lines[row, BASE, 0] = on_curve(machine.tables, int(machine.values[row, 5]), way, exponent)
+    else:
+        total = 0.0
+        for j in range(order):
+            total += (order - j) * lines[row, rise, j] * lines[row, STATE, order - j]
+        lines[row, BASE, order] = sign * total / (order * slip)
+    bend = power(lines, row, exponent, order)
+    lines[row, PLANES - 1, order] = bend
+    one = 1.0 if order == 0 else 0.0
+    lines[row, rise, order] = one - back * bend
+    force = sign * machine.values[row, 0] * slip * lines[row, BASE, order]
+    share = machine.values[row, 4 if mode == 1 or mode == 2 else 3]
+    if share == back:
+        return force, lines[row, VELOCITY, order]
+    total = one - share * bend
+    for j in range(1, order + 1):
+        total -= lines[row, rise, j] * lines[row, growth, order - j]
+    lines[row, growth, order] = total / lines[row, rise, 0]
+    return force, product(lines, row, growth, VELOCITY, order)
 
 
 @inlined
