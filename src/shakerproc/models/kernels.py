@@ -83,7 +83,7 @@ _SHARP: Final = 5.0
 """Width of a piece, and the exponent above which it shrinks as the bend does [-]."""
 
 _HEAD: Final = 3
-"""Numbers of a curve before its coefficients: its scale, pieces in a unit, how many there are."""
+"""Numbers of a curve before its coefficients: scale, pieces in a unit, how many there are."""
 
 
 @compiled
@@ -141,7 +141,7 @@ def _by_root(curve: FloatArray, start: int, place: float, exponent: float) -> fl
 
 @inlined
 def on_curve(curve: FloatArray, start: int, place: float, exponent: float) -> float:
-    """Return the curve of `saturating_curve`, whose numbers stand from `start` on, at a place."""
+    """Return the curve of `saturating_curve`, which stands from `start` on, at a place."""
     scale = curve[start] if place >= 0.0 else -curve[start]
     share = place / scale
     if share < _ROOT:
@@ -158,7 +158,7 @@ def on_curve(curve: FloatArray, start: int, place: float, exponent: float) -> fl
 
 @compiled
 def place_on_curve(curve: FloatArray, value: float, exponent: float) -> float:
-    """Return where the curve of `saturating_curve` reaches a value; its end if it never does."""
+    """Return where the curve of `saturating_curve` reaches a value, or its end."""
     low, high = 0.0, curve[0] * curve[2] / curve[1]
     for _ in range(60):
         middle = 0.5 * (low + high)

@@ -67,7 +67,7 @@ _LEAST_LIMIT: Final = 1e-300
 
 
 def curve_back(values: Sequence[float]) -> FloatArray:
-    r"""Return the curve of a Bouc-Wen branch that leads back; without numbers if that is a line.
+    r"""Return the curve of a Bouc-Wen branch that leads back; no numbers if it is a line.
 
     The state of the law is its way back: how far it has to go until the force is 0. Along the
     branch back it moves as the joint does, whatever rounding leaves of a force that hardly

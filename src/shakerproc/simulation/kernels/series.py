@@ -26,6 +26,7 @@ from shakerproc.simulation.kernels.table import (
     JUMP,
     LAW,
     LUGRE,
+    NO_CURVE,
     ODD_POWER,
     PLANES,
     POWER_DAMPING,
@@ -39,6 +40,8 @@ from shakerproc.simulation.kernels.table import (
 )
 
 _CHANGE: Final = 4.0
+_RISE: Final = PLANES - 2
+_GROWTH: Final = PLANES - 3
 
 
 @inlined
@@ -144,9 +147,7 @@ def law_series(
     if law == LUGRE:
         return _lugre(machine, row, order, lines)
     if law == BOUC_WEN:
-        if machine.values[row, 5] >= 0.0:
-            return _bouc_wen_on_curve(machine, row, order, lines)
-        return k * lines[row, STATE, order], _bouc_wen_rate(machine, row, order, lines)
+        return _bouc_wen(machine, row, order, lines)
     if law == CONSTANT:
         return (k if order == 0 else 0.0), 0.0
     if law == SERIES:
@@ -296,50 +297,48 @@ def _lugre(machine: Machine, row: int, order: int, lines: FloatArray) -> tuple[f
 
 
 @inlined
-def _bouc_wen_rate(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
-    mode, v = machine.mode[row, 0], lines[row, VELOCITY, order]
+def _bouc_wen(machine: Machine, row: int, order: int, lines: FloatArray) -> tuple[float, float]:
+    """Return the force, and the rate of the way back (see `laws.curve_back`).
+
+    BASE holds the force, the last plane its power; where the branch back is a curve, the two
+    before hold what that rises by the way back, and the way back by displacement.
+    """
+    mode, v, state = machine.mode[row, 0], lines[row, VELOCITY, order], lines[row, STATE, order]
+    k, slip, exponent = machine.values[row, 0], machine.values[row, 1], machine.values[row, 2]
     share = machine.values[row, 4 if mode == 1 or mode == 2 else 3]
-    if share == 0.0:
-        return v
-    sign = 1.0 if mode >= 2 else -1.0
-    lines[row, BASE, order] = sign * lines[row, STATE, order] / machine.values[row, 1]
-    lines[row, PLANES - 1, order] = power(lines, row, machine.values[row, 2], order)
-    return v - share * product(lines, row, PLANES - 1, VELOCITY, order)
+    curved, sign = machine.values[row, 5] != NO_CURVE, 1.0 if mode >= 2 else -1.0
+    if not curved:
+        if share == 0.0:
+            return k * state, v
+        lines[row, BASE, order] = sign * state / slip
+    else:
+        lines[row, BASE, order] = _on_curve(machine, row, order, sign / slip, lines)
+    bend = power(lines, row, exponent, order)
+    lines[row, PLANES - 1, order] = bend
+    if not curved:
+        return k * state, v - share * product(lines, row, PLANES - 1, VELOCITY, order)
+    back, one = machine.values[row, 4], 1.0 if order == 0 else 0.0
+    lines[row, _RISE, order] = one - back * bend
+    force = sign * k * slip * lines[row, BASE, order]
+    if share == back:
+        return force, v
+    total = one - share * bend
+    for j in range(1, order + 1):
+        total -= lines[row, _RISE, j] * lines[row, _GROWTH, order - j]
+    lines[row, _GROWTH, order] = total / lines[row, _RISE, 0]
+    return force, product(lines, row, _GROWTH, VELOCITY, order)
 
 
 @inlined
-def _bouc_wen_on_curve(
-    machine: Machine, row: int, order: int, lines: FloatArray
-) -> tuple[float, float]:
-    """Return the force, and the rate of the way back (see `laws.curve_back`).
-
-    BASE holds the force, the last plane its power, the two before what the curve rises by the
-    way back, and what the way back grows by displacement.
-    """
-    mode, exponent, back = machine.mode[row, 0], machine.values[row, 2], machine.values[row, 4]
-    slip, sign = machine.values[row, 1], 1.0 if mode >= 2 else -1.0
-    rise, growth = PLANES - 2, PLANES - 3
+def _on_curve(machine: Machine, row: int, order: int, unit: float, lines: FloatArray) -> float:
+    """Return the coefficient of the force that a way back holds, over that of yield."""
     if order == 0:
-        way = sign * lines[row, STATE, 0] / slip
-        lines[row, BASE, 0] = on_curve(machine.tables, int(machine.values[row, 5]), way, exponent)
-    else:
-        total = 0.0
-        for j in range(order):
-            total += (order - j) * lines[row, rise, j] * lines[row, STATE, order - j]
-        lines[row, BASE, order] = sign * total / (order * slip)
-    bend = power(lines, row, exponent, order)
-    lines[row, PLANES - 1, order] = bend
-    one = 1.0 if order == 0 else 0.0
-    lines[row, rise, order] = one - back * bend
-    force = sign * machine.values[row, 0] * slip * lines[row, BASE, order]
-    share = machine.values[row, 4 if mode == 1 or mode == 2 else 3]
-    if share == back:
-        return force, lines[row, VELOCITY, order]
-    total = one - share * bend
-    for j in range(1, order + 1):
-        total -= lines[row, rise, j] * lines[row, growth, order - j]
-    lines[row, growth, order] = total / lines[row, rise, 0]
-    return force, product(lines, row, growth, VELOCITY, order)
+        start, exponent = int(machine.values[row, 5]), machine.values[row, 2]
+        return on_curve(machine.tables, start, unit * lines[row, STATE, 0], exponent)
+    total = 0.0
+    for j in range(order):
+        total += (order - j) * lines[row, _RISE, j] * lines[row, STATE, order - j]
+    return unit * total / order
 
 
 @inlined
@@ -350,7 +349,8 @@ def trusted_share(
 
     The terms of exp(q) and of x^n rise until the order reaches the change of q, or n times
     the relative change of x; where they start from next to nothing, the series would seem to
-    have converged long before. So that change is held to 4, unless the law does not matter.
+    have converged long before. So that change is held to 4, unless the law does not matter. A
+    branch that saturates nears its end like exp(-n u).
 
     Parameters
     ----------
@@ -360,17 +360,22 @@ def trusted_share(
     law, share = machine.lines[row, LAW], 1.0
     falls = law == LUGRE or law == FRICTION
     powers = law == ODD_POWER or law == EVEN_POWER or law == POWER_DAMPING or law == BOUC_WEN
-    tame = machine.values[row, 2] <= _CHANGE
+    curved = law == BOUC_WEN and machine.values[row, 5] != NO_CURVE
+    tame = machine.values[row, 2] <= _CHANGE and not curved
     if falls:
         tame = machine.values[row, 1] == machine.values[row, 0]
     if tame or not (falls or powers):
         return 1.0
+    plane = STATE if curved else BASE
     while share > 1e-4:
         change, factor = 0.0, share
         for k in range(1, order):
-            change += abs(lines[row, BASE, k]) * factor
+            change += abs(lines[row, plane, k]) * factor
             factor *= share
-        if falls:
+        if curved:
+            if _stays_flat(machine, row, change, negligible, lines):
+                return share
+        elif falls:
             highest = lines[row, BASE, 0] + change
             excess = machine.values[row, 1] - machine.values[row, 0]
             if change <= _CHANGE or excess * math.exp(min(highest, 0.0)) < negligible:
@@ -384,3 +389,17 @@ def trusted_share(
                 return share
         share *= 0.7
     return share
+
+
+@inlined
+def _stays_flat(
+    machine: Machine, row: int, change: float, negligible: float, lines: FloatArray
+) -> bool:
+    """Return whether a way back changes so little, or a branch is so flat all the way."""
+    unit = machine.values[row, 1] * machine.tables[int(machine.values[row, 5])]
+    exponent, least = machine.values[row, 2], abs(lines[row, STATE, 0]) - change
+    if exponent * change <= _CHANGE * unit:
+        return True
+    return (
+        machine.values[row, 0] * unit * math.exp(exponent * (1.0 - least / unit)) < negligible
+    )
