@@ -6,6 +6,7 @@ from functools import partial
 from typing import Final, final
 
 import numpy as np
+import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.comparison import Measured
@@ -154,6 +155,41 @@ def n_draws(planned: Planned) -> int:
     return int(np.clip(MOST_SAMPLES // size, LEAST_DRAWS, MOST_DRAWS))
 
 
+def even_normals(count: int, columns: int, generator: np.random.Generator) -> FloatArray:
+    """Return standard normal errors that fill their law evenly, (count, columns) array [-].
+
+    Each column has one value in each of as many equally likely parts, in an order of its own
+    [1]_, and none follows the first, so that the spread of its sum with another is that of the
+    law, too [2]_: of 60 errors drawn freely the median is off by 0.16 of a standard deviation,
+    and the ends of a 90 % band by 0.25.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    columns : int
+        Errors that are independent of each other.
+    generator : numpy.random.Generator
+        Where the randomness comes from.
+
+    References
+    ----------
+    .. [1] M. D. McKay, R. J. Beckman, W. J. Conover, "A comparison of three methods for
+       selecting values of input variables", Technometrics 21, 239-245, 1979.
+    .. [2] R. L. Iman, W. J. Conover, "A distribution-free approach to inducing rank
+       correlation among input variables", Communications in Statistics B 11, 311-334, 1982.
+    """
+    scores = scipy.special.ndtri((np.arange(count) + 0.5) / count)
+    scores /= np.std(scores)
+    first = generator.permutation(scores)
+    found = [first]
+    for _ in range(columns - 1):
+        other = generator.permutation(scores)
+        other -= first * (other @ first) / (first @ first)
+        found.append(scores[np.argsort(np.argsort(other))])
+    return np.stack(found, axis=1)
+
+
 def ensemble(
     numbers: FittedNumbers,
     drives: "Drives",
@@ -189,8 +225,8 @@ def ensemble(
     for i, (model, gains) in enumerate(drawn):
         generator = np.random.default_rng([seed, 2, i])
         of_input, of_sensors = planned.spreads
-        louder = 1.0 + of_input * generator.standard_normal()
-        off = 1.0 + of_sensors * generator.standard_normal(gains.size)
+        errors = drives.errors[i]
+        louder, off = 1.0 + of_input * errors[0], 1.0 + of_sensors * errors[2:]
         motion = drives.motion(i, model, gains * off, factor * louder)
         if motion is None:
             continue
@@ -199,7 +235,7 @@ def ensemble(
         spectra = densities(rows, motion.sample_rate, planned.excited)
         largest = partial(_largest, longer, generator)
         found = values_of_motion(model, motion, spectra, largest, planned.carried)
-        clock = 1.0 + CLOCKS * generator.standard_normal()
+        clock = 1.0 + CLOCKS * errors[1]
         values.append({
             quantity: value * clock if quantity.what == "peak_frequency_hz" else value
             for quantity, value in found.items()
@@ -265,6 +301,9 @@ class Drives:
 
     def __init__(self, planned: Planned, seed: int) -> None:
         self.planned, self.seed = planned, seed
+        self.errors = even_normals(
+            n_draws(planned), 2 + planned.spreads[1].size, np.random.default_rng([seed, 2])
+        )  # of the input, the clocks, and each sensor
         self._first = self._samples(0)
         self._prepared = prepare_measured(self._first, planned.sample_rate, imposed=False)
 
