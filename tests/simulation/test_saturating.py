@@ -137,10 +137,10 @@ def test_a_mass_on_a_saturating_spring_moves_as_on_that_spring():
     effects = (Spring(2e4), Damper(damping=8.0), law(2.0, 1.0, 1.0))
     joined = tuple(Element(effect, ("base", "rod")) for effect in effects)
     model = Model("rod", {"rod": 1.0}, joined, Excitation("force", "rod"), sensors)
-    given = prepare(lambda t: 150.0 * np.sin(2.0 * np.pi * 21.0 * t), RATE, duration=2.0)
+    given = prepare(lambda t: 30.0 * np.sin(2.0 * np.pi * 21.0 * t), RATE, duration=1.0)
 
     def rates(t, y):
-        force = 150.0 * np.sin(2.0 * np.pi * 21.0 * t)
+        force = 30.0 * np.sin(2.0 * np.pi * 21.0 * t)
         held = 2e4 * y[0] + 8.0 * y[1] + STIFFNESS * YIELD * np.tanh(y[0] / YIELD)
         return y[1], force - held
 
@@ -150,11 +150,11 @@ def test_a_mass_on_a_saturating_spring_moves_as_on_that_spring():
         max_step=2e-4,
     )  # fmt: skip
     size = np.max(np.abs(solved.y[0]))
-    assert size > 30.0 * YIELD
+    assert size > 50.0 * YIELD
     fine = simulate(model, given, growth=False).outputs["z"]
     assert_allclose(fine, solved.y[0], rtol=0.0, atol=1e-8 * size)
     quick = free_runs(model, Runs((given,), np.array([[0, 0, given.n_samples]])), means=False)
-    assert_allclose(quick.outputs[0][0], solved.y[0], rtol=0.0, atol=2e-5 * size)
+    assert_allclose(quick.outputs[0][0], solved.y[0], rtol=0.0, atol=5e-5 * size)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 2.0, 2.7])
