@@ -15,6 +15,7 @@ import argparse
 import json
 import tempfile
 import time
+import zlib
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
@@ -94,7 +95,7 @@ def ready(seed: int, text: str) -> Ready:
     """Return the campaign of this seed and class."""
     incomplete = text.startswith("without:")
     drawn = campaigns.draw_all(seed, text.removeprefix("without:"))
-    drawn = replace(drawn, campaign=_read_wrong(drawn.campaign))
+    drawn = replace(drawn, campaign=_read_wrong(drawn.campaign, text))
     with tempfile.TemporaryDirectory(prefix="forecast-") as place:
         log_path, model_path = folder.write(drawn.campaign, Path(place))
         log, model = read_testlog(log_path), read_model(model_path)
@@ -103,9 +104,9 @@ def ready(seed: int, text: str) -> Ready:
         return Ready(drawn, model, log, tuple(tests_of(log, model).tests))
 
 
-def _read_wrong(campaign: Campaign) -> Campaign:
-    """Return a campaign whose channels read too much or too little, the same in every test."""
-    rng = np.random.default_rng([campaign.seed, 1])
+def _read_wrong(campaign: Campaign, text: str) -> Campaign:
+    """Return a campaign of a class whose channels read too much or too little in all tests."""
+    rng = np.random.default_rng([campaign.seed, zlib.crc32(text.encode()), 1])
     first = campaign.tests[0]
     of_inputs, of_responses = (
         1.0 + GAIN_SPREAD * rng.standard_normal((len(rows), 1))

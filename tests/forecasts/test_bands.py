@@ -5,7 +5,7 @@ import pytest
 import scipy.stats
 from numpy.testing import assert_allclose
 
-from shakerproc.forecasts.ensemble import Ensemble
+from shakerproc.forecasts.ensemble import Ensemble, even_normals
 from shakerproc.forecasts.levels import level_of
 from shakerproc.forecasts.model_error import LevelError, error_of, freed
 from shakerproc.forecasts.quantities import Quantity, spread_of
@@ -28,6 +28,18 @@ def test_a_band_of_drawn_values_alone_holds_nine_of_ten():
     drawn = np.exp(0.1 * np.random.default_rng(0).standard_normal(2000))
     low, high = spread_of(drawn, 0.0, np.inf).band
     assert_allclose(np.log([low, high]), [-0.1645, 0.1645], rtol=0.06)
+
+
+@pytest.mark.parametrize("count", [16, 27, 60])
+def test_a_band_of_calibration_holds_nine_of_ten_whatever_is_drawn(count):
+    """Of the input, drawn for each simulated test, and of a sensor."""
+    for seed in range(10):
+        errors = even_normals(count, 2, np.random.default_rng([seed, 2]))
+        parts = np.sort(np.floor(count * scipy.stats.norm.cdf(errors)), axis=0)
+        assert np.all(parts == np.arange(count)[:, None])
+        band = spread_of(np.exp(0.01 * errors[:, 0]), 0.0, np.inf, 0.01).band
+        ends = np.log(band) / (0.01 * np.sqrt(2.0))
+        assert_allclose(ends, scipy.stats.norm.ppf([0.05, 0.95]), atol=0.15)
 
 
 TOGETHER, APART = np.array([0.0, 1.0, 1.0, -1.0, -1.0]), np.array([0.0, 1.0, -1.0, 1.0, -1.0])

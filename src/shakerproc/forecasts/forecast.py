@@ -531,7 +531,8 @@ def _spread(
         distance = max(decibels(amplitude / evidence.highest) + above, 0.0)
         return spread_of(made.values[quantity], error.at(distance), error.freedom)
     distance = abs(decibels(amplitude / near.amplitude) + above)
-    return spread_of(near.freed(quantity, made), error.at(distance), error.freedom)
+    read = made.read.get(quantity, 0.0)
+    return spread_of(near.freed(quantity, made), error.at(distance), error.freedom, read)
 
 
 def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:

@@ -293,14 +293,18 @@ class UncertainQuantity:
         return float(np.mean(self.all > limit))
 
 
-def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> UncertainQuantity:
-    r"""Return a quantity with its model error.
+def spread_of(
+    drawn: FloatArray, error_db: float, freedom: float, read: float = 0.0
+) -> UncertainQuantity:
+    r"""Return a quantity with its model error, and that of what it is read with.
 
-    .. math:: x = x_i \, 10^{(\sigma t_\nu + h z) / 20}
+    .. math:: x = x_i \, e^{\kappa z} \, 10^{\sigma t_\nu / 20}, \qquad
+        \kappa^2 = s^2 n^{-2/3} + r^2
 
-    with the simulated values :math:`x_i`, Student's :math:`t_\nu`, a standard normal :math:`z`
-    and the width :math:`h = s\,n^{-1/3}` of the kernel that makes a law of :math:`n` values
-    with the standard deviation :math:`s` [1]_.
+    with the simulated values :math:`x_i`, Student's :math:`t_\nu`, a standard normal :math:`z`,
+    the width of the kernel that makes a law of :math:`n` values with the standard deviation
+    :math:`s` of their logarithms [1]_, and the uncertainty :math:`r` of a sensor's gain: what
+    multiplies a value is drawn for each error of the model, not once for each simulated test.
 
     Parameters
     ----------
@@ -310,6 +314,8 @@ def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> UncertainQu
         Scale :math:`\sigma` of the model error [dB].
     freedom : float
         Degrees of freedom :math:`\nu` [-].
+    read : float
+        Standard uncertainty :math:`r` of what the quantity is read with [-].
 
     References
     ----------
@@ -318,7 +324,7 @@ def spread_of(drawn: FloatArray, error_db: float, freedom: float) -> UncertainQu
     """
     generator = np.random.default_rng(0)
     logs = np.log(np.maximum(drawn, np.finfo(float).tiny))
-    kernel = float(np.std(logs)) * drawn.size ** (-1.0 / 3.0)
+    kernel = float(np.hypot(np.std(logs) * drawn.size ** (-1.0 / 3.0), read))
     size = (drawn.size, REPEATS)
     law = generator.standard_t(freedom, size) if error_db else np.zeros(size)
     moved = _PER_DB * error_db * law

@@ -1,9 +1,11 @@
 """Memory carried along a prescribed motion, one compiled function for each law that has it."""
 
+from typing import Final
+
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import compiled, inner
+from shakerproc.models.compiled import compiled, inlined, inner
 
 
 @compiled
@@ -70,58 +72,167 @@ def _iwan_backbone(
     return force if displacement >= 0.0 else -force
 
 
+_TERMS: Final = 13
+"""Coefficients of a piece of a curve that saturates; the next is below 1e-15 of it [-]."""
+
+_ROOT: Final = 0.4
+"""Where the pieces of such a curve begin; before, it is a series in powers of its exponent."""
+
+_WIDEST: Final = 0.1
+_SHARP: Final = 5.0
+"""Width of a piece, and the exponent above which it shrinks as the bend does [-]."""
+
+_HEAD: Final = 3
+"""Numbers of a curve before its coefficients: scale, pieces in a unit, how many there are."""
+
+
 @compiled
-def bouc_wen_along(displacement: FloatArray, values: FloatArray) -> FloatArray:
+def saturating_curve(share: float, exponent: float) -> FloatArray:
+    """Return the numbers of the curve that solves H' = 1 - c H^n from 0, for `on_curve`.
+
+    It is laid down along first loading, where an error dies out.
+    """
+    width = _WIDEST * min(1.0, _SHARP / exponent)
+    first = int(_ROOT / width)
+    count = int(np.ceil((2.0 + 40.0 / exponent) / width))  # there it is 1 to rounding
+    curve = np.zeros(_HEAD + (1 + count) * _TERMS)
+    curve[0], curve[1], curve[2] = share ** (-1.0 / exponent), 1.0 / width, count
+    root, power = np.zeros(_TERMS), np.zeros(_TERMS)
+    root[0], power[0] = 1.0, 1.0
+    for k in range(1, _TERMS):
+        root[k] = -power[k - 1] / (1.0 + k * exponent)
+        _raise(root, power, exponent, k)
+    curve[_HEAD : _HEAD + _TERMS] = root
+    value = _by_root(curve, 0, first * width, exponent)
+    piece = np.zeros(_TERMS)
+    for i in range(first, count):
+        for turn in range(2):  # from the start to the middle; from there, all of the piece
+            piece[0], power[0] = value, value**exponent
+            for k in range(1, _TERMS):
+                piece[k] = ((1.0 if k == 1 else 0.0) - power[k - 1]) / k
+                _raise(piece, power, exponent, k)
+            total, factor = 0.0, 1.0
+            for k in range(_TERMS):
+                if turn == 1:
+                    curve[_HEAD + (1 + i) * _TERMS + k] = piece[k] * factor
+                total += piece[k] * factor
+                factor *= 0.5 * width
+            value = total
+    return curve
+
+
+@inner
+def _raise(series: FloatArray, power: FloatArray, exponent: float, order: int) -> None:
+    """Set the next coefficient of the power of a series."""
+    total = 0.0
+    for j in range(1, order + 1):
+        total += ((exponent + 1.0) * j - order) * series[j] * power[order - j]
+    power[order] = total / (order * series[0])
+
+
+@inlined
+def _by_root(curve: FloatArray, start: int, place: float, exponent: float) -> float:
+    """Return the curve near its beginning."""
+    bend, total = place**exponent, 0.0
+    for k in range(_TERMS - 1, -1, -1):
+        total = total * bend + curve[start + _HEAD + k]
+    return place * total
+
+
+@inlined
+def on_curve(curve: FloatArray, start: int, place: float, exponent: float) -> float:
+    """Return the curve of `saturating_curve`, which stands from `start` on, at a place."""
+    scale = curve[start] if place >= 0.0 else -curve[start]
+    share = place / scale
+    if share < _ROOT:
+        return scale * _by_root(curve, start, share, exponent)
+    at = share * curve[start + 1]
+    if not at < curve[start + 2]:
+        return scale
+    first = start + _HEAD + (1 + int(at)) * _TERMS
+    way, total = 2.0 * (at - int(at)) - 1.0, 0.0
+    for k in range(_TERMS - 1, -1, -1):
+        total = total * way + curve[first + k]
+    return scale * total
+
+
+@compiled
+def place_on_curve(curve: FloatArray, value: float, exponent: float) -> float:
+    """Return where the curve of `saturating_curve` reaches a value, or its end."""
+    low, high = 0.0, curve[0] * curve[2] / curve[1]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if on_curve(curve, 0, middle, exponent) < value:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled
+def bouc_wen_along(
+    displacement: FloatArray, values: FloatArray, curve: FloatArray
+) -> FloatArray:
     """Return the force of the Bouc-Wen element [N], by Runge-Kutta steps in displacement.
 
-    `values` are those of `Law.BOUC_WEN`.
+    `values` are those of `Law.BOUC_WEN`, `curve` what `laws.curve_back` makes of them.
     """
     stiffness, yield_displacement, exponent, loading, unloading = values
+    back = unloading if curve.size else 0.0
     steepest = max(1.0, abs(loading), abs(unloading))
     force = np.empty_like(displacement)
     memory, previous = 0.0, displacement[0]
     for i in range(displacement.size):
         way = (displacement[i] - previous) / yield_displacement
-        if unloading == 0.0 and memory * way < 0.0:  # unloading is elastic
-            back = np.sign(way) * min(abs(way), abs(memory))
-            memory, way = memory + back, way - back
+        if unloading == back and memory * way < 0.0:  # the memory is the way back
+            gone = np.sign(way) * min(abs(way), abs(memory))
+            memory, way = memory + gone, way - gone
+        if loading == back:  # and goes on from there as it came
+            memory, way = memory + way, 0.0
         far = abs(way) * steepest > 1.0  # the samples do not follow the loop
         longest, settled = (min(0.2, 1.0 / exponent), 1e-6) if far else (0.05, 1e-10)
         n_steps = int(np.ceil(abs(way) * steepest / longest))
         for _ in range(n_steps):
-            growth = _bouc_wen_slope(memory, way, exponent, loading, unloading)
+            growth = _bouc_wen_slope(memory, way, values, back, curve)
             if abs(growth) < settled:  # it has yielded
                 break
-            memory = _bouc_wen_step(memory, way / n_steps, exponent, loading, unloading)
-        force[i], previous = stiffness * yield_displacement * memory, displacement[i]
+            memory = _bouc_wen_step(memory, way / n_steps, values, back, curve)
+        held = memory if back == 0.0 else on_curve(curve, 0, memory, exponent)
+        force[i], previous = stiffness * yield_displacement * held, displacement[i]
     return force
 
 
 @inner
 def _bouc_wen_step(
-    memory: float, way: float, exponent: float, loading: float, unloading: float
+    memory: float, way: float, values: FloatArray, back: float, curve: FloatArray
 ) -> float:
     """Return the memory after one Runge-Kutta step, both in units of yield displacement."""
-    k1 = _bouc_wen_slope(memory, way, exponent, loading, unloading)
-    k2 = _bouc_wen_slope(memory + 0.5 * way * k1, way, exponent, loading, unloading)
-    k3 = _bouc_wen_slope(memory + 0.5 * way * k2, way, exponent, loading, unloading)
-    k4 = _bouc_wen_slope(memory + way * k3, way, exponent, loading, unloading)
+    k1 = _bouc_wen_slope(memory, way, values, back, curve)
+    k2 = _bouc_wen_slope(memory + 0.5 * way * k1, way, values, back, curve)
+    k3 = _bouc_wen_slope(memory + 0.5 * way * k2, way, values, back, curve)
+    k4 = _bouc_wen_slope(memory + way * k3, way, values, back, curve)
     return memory + way * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
 @inner
 def _bouc_wen_slope(
-    memory: float, way: float, exponent: float, loading: float, unloading: float
+    memory: float, way: float, values: FloatArray, back: float, curve: FloatArray
 ) -> float:
     """Return the growth of memory with displacement: 1 less the yielded share."""
-    share = loading if memory * way > 0.0 else unloading
-    if share == 0.0:
+    exponent = values[2]
+    share = values[3] if memory * way > 0.0 else values[4]
+    if share == back:
         return 1.0
+    held = memory if back == 0.0 else on_curve(curve, 0, memory, exponent)
     if exponent == 2.0:
-        return 1.0 - share * memory * memory
-    if exponent == 1.0:
-        return 1.0 - share * abs(memory)
-    return 1.0 - share * abs(memory) ** exponent
+        bend = held * held
+    elif exponent == 1.0:
+        bend = abs(held)
+    else:
+        bend = abs(held) ** exponent
+    if back == 0.0:
+        return 1.0 - share * bend
+    return (1.0 - share * bend) / (1.0 - back * bend)
 
 
 @compiled

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum, unique
+from functools import lru_cache
 from typing import Final, final
 
 import numpy as np
@@ -34,7 +35,7 @@ class Law(IntEnum):
     LUGRE = 11  # one state, the bristle deflection
     JENKINS = 12  # one state, the spring force
     IWAN = 13  # stiffness, slip displacement, chi + 2; one state, how far it began from rest
-    BOUC_WEN = 14  # one state h: k h, h' = v (1 - c |h / zy|^n); k, zy, n, c loading, unloading
+    BOUC_WEN = 14  # k h, h' = v (1 - c |h / zy|^n); k, zy, n, c loading, back; see `curve_back`
     CONSTANT = 15  # a force
     SERIES = 16  # one state u: play, spring, slider, damper; k, a+, a-, Fs, 1 / c
     TABLE = 17  # a tabulated law, its numbers in `table`
@@ -65,6 +66,33 @@ _LEAST_LIMIT: Final = 1e-300
 """Least stiffness or share that a limit is over, so that none is infinite by rounding."""
 
 
+def curve_back(values: Sequence[float]) -> FloatArray:
+    r"""Return the curve of a Bouc-Wen branch that leads back; no numbers if it is a line.
+
+    The state of the law is its way back: how far it has to go until the force is 0. Along the
+    branch back it moves as the joint does, whatever rounding leaves of a force that hardly
+    changes; the force is :math:`h = H(u)` with :math:`H' = 1 - c |H|^n`. Where that branch
+    is straight, the way back is h. So is the state where the branch hardens, or bends more
+    than loading does: there the force tells the place.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Numbers of `Law.BOUC_WEN` [units of the law].
+    """
+    exponent, loading, back = values[2:5]
+    if not 0.0 < back <= loading:
+        return np.zeros(0)
+    return _curve(back, exponent)
+
+
+@lru_cache(maxsize=64)
+def _curve(share: float, exponent: float) -> FloatArray:
+    from shakerproc.models.kernels import saturating_curve  # loads the compiler: late
+
+    return saturating_curve(share, exponent)
+
+
 def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | None:
     """Return the size of the state of a law and its upper bound; None without a state.
 
@@ -90,7 +118,19 @@ def largest_state(law: Law, values: Sequence[float]) -> tuple[float, float] | No
         farthest = max(values[1], values[2]) + values[3] / max(values[0], _LEAST_LIMIT)
         return farthest, farthest
     if law is Law.BOUC_WEN:
-        closing = values[3]
-        limit = closing ** (-1.0 / values[2]) if closing > 0.0 else math.inf
-        return values[1], values[1] * limit
+        return values[1], values[1] * _longest_way_back(values)
     return None
+
+
+def _longest_way_back(values: Sequence[float]) -> float:
+    """Return the way back from all that loading reaches, over the yield displacement [-]."""
+    exponent, loading, back = values[2:5]
+    if not loading > 0.0 or loading == back:
+        return math.inf
+    farthest = loading ** (-1.0 / exponent)
+    curve = curve_back(values)
+    if not curve.size:
+        return farthest
+    from shakerproc.models.kernels import place_on_curve  # loads the compiler: late
+
+    return place_on_curve(curve, farthest, exponent)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError, SimulationError
 from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
-from shakerproc.models.laws import Law, Row, largest_state
+from shakerproc.models.laws import Law, Row, curve_back, largest_state
 from shakerproc.models.model import Model
 from shakerproc.numerals import numeral
 from shakerproc.simulation.kernels.branches import set_propagators, set_rates_and_events
@@ -24,6 +24,7 @@ from shakerproc.simulation.kernels.table import (
     JUMP,
     LAW,
     MEMORY,
+    NO_CURVE,
     NOBODY,
     STACK,
     STOP,
@@ -140,9 +141,14 @@ def _machine(linear: Coordinates, lines: Sequence[Line]) -> Machine:
     n_states = 0
     for i, (row, *between) in enumerate(lines):
         start = float(sum(table.size for table in tables))
-        numbers = (start, *row.values) if row.law is Law.TABLE else row.values
+        numbers, more = row.values, row.table
+        if row.law is Law.TABLE:
+            numbers = (start, *numbers)
+        elif row.law is Law.BOUC_WEN:
+            more = curve_back(numbers)
+            numbers = (*numbers, start if more.size else NO_CURVE)
         values[i, : len(numbers)] = numbers
-        tables.append(row.table)
+        tables.append(more)
         table[i, LAW], joints[i] = row.law, linear.across((between[0], between[1]))
         if row.law in _WITH_STATE:
             table[i, MEMORY] = n_states

@@ -6,9 +6,9 @@ from shakerproc.data import FloatArray
 from shakerproc.models import Element, Excitation, Model
 from shakerproc.models.effects import (
     AttachedMode,
-    BoucWen,
     Damper,
     Gap,
+    GeneralBoucWen,
     Iwan,
     Jenkins,
     LuGreFriction,
@@ -54,7 +54,7 @@ def call_along() -> None:
     displacement = 1e-3 * _shaking()
     for law in (
         LuGreFriction(0.3, 0.45, 0.01, 1e4, 3.0, 0.4), Jenkins(500.0, 0.3), Iwan(500.0, 1e-3),
-        BoucWen(500.0, 1e-3, 1.5), Series((Spring(1000.0), Gap(1000.0, 5e-3))),
+        GeneralBoucWen(500.0, 0.0, 1e6, 1.5), Series((Spring(1000.0), Gap(1000.0, 5e-3))),
         AttachedMode(0.1, 20.0, 0.01),
     ):  # fmt: skip
         law.force_along(displacement, RATE * displacement, RATE)

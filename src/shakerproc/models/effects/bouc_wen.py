@@ -21,7 +21,7 @@ from shakerproc.models.identification import (
     spread,
     sticking_stiffness,
 )
-from shakerproc.models.laws import Law, Row
+from shakerproc.models.laws import Law, Row, curve_back
 
 RIGID: Final = 0.05
 """Least yield displacement over a tenth of the motion: a bristle that yields at half a per cent
@@ -73,7 +73,8 @@ class BoucWen(AbstractEffect):
     ) -> FloatArray:
         from shakerproc.models.kernels import bouc_wen_along  # loads the compiler: late
 
-        return bouc_wen_along(displacement, np.array(self.rows()[0].values))
+        values = self.rows()[0].values
+        return bouc_wen_along(displacement, np.array(values), curve_back(values))
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:

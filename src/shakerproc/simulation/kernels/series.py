@@ -7,7 +7,8 @@ import math
 from typing import Final
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import inlined
+from shakerproc.models.compiled import inlined, inner
+from shakerproc.models.kernels import on_curve
 from shakerproc.simulation.kernels.modes import iwan_slip, signed
 from shakerproc.simulation.kernels.polynomials import cell, coefficient, origin
 from shakerproc.simulation.kernels.table import (
@@ -25,6 +26,7 @@ from shakerproc.simulation.kernels.table import (
     JUMP,
     LAW,
     LUGRE,
+    NO_CURVE,
     ODD_POWER,
     PLANES,
     POWER_DAMPING,
@@ -38,6 +40,8 @@ from shakerproc.simulation.kernels.table import (
 )
 
 _CHANGE: Final = 4.0
+_RISE: Final = PLANES - 2
+_GROWTH: Final = PLANES - 3
 
 
 @inlined
@@ -143,6 +147,8 @@ def law_series(
     if law == LUGRE:
         return _lugre(machine, row, order, lines)
     if law == BOUC_WEN:
+        if machine.values[row, 5] != NO_CURVE:
+            return _bouc_wen_on_curve(machine.tables, machine.values, mode, row, order, lines)
         return k * lines[row, STATE, order], _bouc_wen_rate(machine, row, order, lines)
     if law == CONSTANT:
         return (k if order == 0 else 0.0), 0.0
@@ -304,6 +310,38 @@ def _bouc_wen_rate(machine: Machine, row: int, order: int, lines: FloatArray) ->
     return v - share * product(lines, row, PLANES - 1, VELOCITY, order)
 
 
+@inner
+def _bouc_wen_on_curve(
+    tables: FloatArray, values: FloatArray, mode: int, row: int, order: int, lines: FloatArray
+) -> tuple[float, float]:
+    """Return the force, and the rate of the way back (see `laws.curve_back`).
+
+    BASE holds the force, the last plane its power, the two before what the force rises by the
+    way back, and the way back by displacement.
+    """
+    slip, exponent, back = values[row, 1], values[row, 2], values[row, 4]
+    sign, one = 1.0 if mode >= 2 else -1.0, 1.0 if order == 0 else 0.0
+    if order == 0:
+        way = sign * lines[row, STATE, 0] / slip
+        lines[row, BASE, 0] = on_curve(tables, int(values[row, 5]), way, exponent)
+    else:
+        total = 0.0
+        for j in range(order):
+            total += (order - j) * lines[row, _RISE, j] * lines[row, STATE, order - j]
+        lines[row, BASE, order] = sign * total / (order * slip)
+    bend = power(lines, row, exponent, order)
+    lines[row, _RISE, order] = one - back * bend
+    force = sign * values[row, 0] * slip * lines[row, BASE, order]
+    share = values[row, 4 if mode == 1 or mode == 2 else 3]
+    if share == back:
+        return force, lines[row, VELOCITY, order]
+    total = one - share * bend
+    for j in range(1, order + 1):
+        total -= lines[row, _RISE, j] * lines[row, _GROWTH, order - j]
+    lines[row, _GROWTH, order] = total / lines[row, _RISE, 0]
+    return force, product(lines, row, _GROWTH, VELOCITY, order)
+
+
 @inlined
 def trusted_share(
     machine: Machine, row: int, order: int, negligible: float, lines: FloatArray
@@ -312,7 +350,8 @@ def trusted_share(
 
     The terms of exp(q) and of x^n rise until the order reaches the change of q, or n times
     the relative change of x; where they start from next to nothing, the series would seem to
-    have converged long before. So that change is held to 4, unless the law does not matter.
+    have converged long before. So that change is held to 4, unless the law does not matter. A
+    branch that saturates nears its end like exp(-n u).
 
     Parameters
     ----------
@@ -320,6 +359,8 @@ def trusted_share(
         Force that does not matter [N].
     """
     law, share = machine.lines[row, LAW], 1.0
+    if law == BOUC_WEN and machine.values[row, 5] != NO_CURVE:
+        return _share_on_curve(machine.tables, machine.values, row, order, negligible, lines)
     falls = law == LUGRE or law == FRICTION
     powers = law == ODD_POWER or law == EVEN_POWER or law == POWER_DAMPING or law == BOUC_WEN
     tame = machine.values[row, 2] <= _CHANGE
@@ -344,5 +385,26 @@ def trusted_share(
             force = abs(machine.values[row, 0]) * (here + change) ** exponent
             if (law == ODD_POWER or law == EVEN_POWER) and force < negligible:
                 return share
+        share *= 0.7
+    return share
+
+
+@inner
+def _share_on_curve(
+    tables: FloatArray, values: FloatArray, row: int, order: int, negligible: float,
+    lines: FloatArray,
+) -> float:  # fmt: skip
+    """Return the share in which a way back changes so little, or the branch stays flat."""
+    unit, exponent, share = values[row, 1] * tables[int(values[row, 5])], values[row, 2], 1.0
+    while share > 1e-4:
+        change, factor = 0.0, share
+        for k in range(1, order):
+            change += abs(lines[row, STATE, k]) * factor
+            factor *= share
+        if exponent * change <= _CHANGE * unit:
+            return share
+        left = (abs(lines[row, STATE, 0]) - change) / unit
+        if values[row, 0] * unit * math.exp(exponent * (1.0 - left)) < negligible:
+            return share
         share *= 0.7
     return share

@@ -35,6 +35,9 @@ MEMORY: Final = 1
 
 NOBODY: Final = -2
 
+NO_CURVE: Final = -1.0
+"""Where the numbers of a curve start, for a line that has none."""
+
 STACK: Final = 512
 """Turning points that an Iwan line remembers before it forgets the smallest loop."""
 
@@ -68,7 +71,8 @@ class Machine(NamedTuple):
     stack : (r, 2, STACK) array
         Displacement and force of its turning points. Written to.
     tables : (any,) array
-        Numbers of all tabulated laws, one after the other (see `tabulated`).
+        Numbers of all tabulated laws and curves, one after the other (see `tabulated` and
+        `laws.curve_back`).
     reads : int
         Mass whose motion is imposed, the force for which is read; or NOBODY.
     reading : (1, 2 n + 1) array
