@@ -133,4 +133,4 @@ def _longest_way_back(values: Sequence[float]) -> float:
         return farthest
     from shakerproc.models.kernels import place_on_curve  # loads the compiler: late
 
-    return place_on_curve(curve, farthest, exponent)
+    return float(place_on_curve(curve, farthest, exponent))

@@ -16,7 +16,7 @@ from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.starts import Group, Tried, as_in_file, beyond, own_starts
 
-FOLLOWED: Final = (24, 12, 6)
+FOLLOWED: Final = (12, 12, 6)
 """Laws in joints that are followed by steps, of those that leave least so far, beside the best
 in every joint: half of them each time [-]."""
 
@@ -58,10 +58,8 @@ def entered(
     simple = _as_fits(ends)
     for group in every:
         if richer := beyond(group, known, simple):
-            before = ends.get(group, [])
-            ends[group] = _begun(bases[0], richer)[:STEPPED]
-            _step(ends, [group])
-            ends[group] = sorted([*before, *ends[group]], key=_level)[:1]
+            begun = [*ends.get(group, []), *_begun(bases[0], richer)]
+            ends[group] = sorted(begun, key=_level)[:STEPPED]
     for most in FOLLOWED[1:]:
         _step(ends, _promising(ends, most))
     return _as_fits(ends), failed

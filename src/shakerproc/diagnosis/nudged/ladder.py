@@ -11,6 +11,7 @@ import numpy as np
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
+from shakerproc.diagnosis.hypotheses.joints import joints_of
 from shakerproc.diagnosis.nudged.motion import slowest_decay
 
 FORGOTTEN: Final = 3.0
@@ -65,13 +66,30 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
             if b > max(a, lead) + TAPS
         ]
         for first, last in _chosen(data, i, places, share):
-            begin = max(0, first - lead)
+            begin = _at_the_middle(data, i, max(0, first - lead))
             table.append((i, begin, last - begin))
             counted.append(np.arange(begin, last) >= max(first, begin + lead))
     return Windows(
         np.array(table, np.int64).reshape(-1, 3), tuple(counted), rate=held_at,
         lead=None if rate else lead,
     )  # fmt: skip
+
+
+def _at_the_middle(data: DataSet, test: int, begin: int) -> int:
+    """Return the sample of the period before one at which joints are nearest to their middle.
+
+    There a law that follows one curve and forgets nothing, as one that saturates, is where a
+    piece begins: without force. Of one that dissipates the start is forgotten.
+    """
+    sample_rate = data.tests[test].sample_rate
+    first = max(0, begin - round(sample_rate / data.frequency))
+    part = slice(first, begin + 1)
+    away = np.zeros(begin + 1 - first)
+    for joint in joints_of(data.model):
+        moved = data.across(joint)
+        largest = max(float(np.max(np.abs(own.displacement))) for own in moved) or 1.0
+        away += (moved[test].displacement[part] / largest) ** 2
+    return first + int(np.argmin(away))
 
 
 def _edges(first: int, last: int, length: int) -> list[int]:
