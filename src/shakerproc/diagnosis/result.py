@@ -119,9 +119,9 @@ class Errors:
 @final
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """One hypothesis that was tried; without errors, where the screening ruled it out.
+    """One hypothesis that was tried; without errors, where it fell behind.
 
-    `screened` is what it leaves along the measured motion, rms over that of the noise [-].
+    `screened` is what it left when it did, held to the measured motion, rms over the noise [-].
     """
 
     kind: str

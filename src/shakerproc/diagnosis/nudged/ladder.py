@@ -8,6 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
+from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.stacks import TAPS
@@ -65,8 +66,11 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
             for a, b in pairwise(_edges(*run, length if share < 1.0 else whole))
             if b > max(a, lead) + TAPS
         ]
+        away = _away(data, i)
         for first, last in _chosen(data, i, places, share):
-            begin = _at_the_middle(data, i, max(0, first - lead))
+            earliest = max(0, first - lead)
+            begin = max(0, earliest - round(test.sample_rate / data.frequency))
+            begin += int(np.argmin(away[begin : earliest + 1]))
             table.append((i, begin, last - begin))
             counted.append(np.arange(begin, last) >= max(first, begin + lead))
     return Windows(
@@ -75,21 +79,17 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
     )  # fmt: skip
 
 
-def _at_the_middle(data: DataSet, test: int, begin: int) -> int:
-    """Return the sample of the period before one at which joints are nearest to their middle.
+def _away(data: DataSet, test: int) -> FloatArray:
+    """Return how far joints are from their middle in each sample of a test, squared [-].
 
-    There a law that follows one curve and forgets nothing, as one that saturates, is where a
+    Near it a law that follows one curve and forgets nothing, as one that saturates, is where a
     piece begins: without force. Of one that dissipates the start is forgotten.
     """
-    sample_rate = data.tests[test].sample_rate
-    first = max(0, begin - round(sample_rate / data.frequency))
-    part = slice(first, begin + 1)
-    away = np.zeros(begin + 1 - first)
+    away = np.zeros(data.tests[test].n_samples)
     for joint in joints_of(data.model):
-        moved = data.across(joint)
-        largest = max(float(np.max(np.abs(own.displacement))) for own in moved) or 1.0
-        away += (moved[test].displacement[part] / largest) ** 2
-    return first + int(np.argmin(away))
+        moved = data.across(joint)[test].displacement / (data.largest_across(joint) or 1.0)
+        away += moved[: away.size] ** 2
+    return away
 
 
 def _edges(first: int, last: int, length: int) -> list[int]:

@@ -51,14 +51,13 @@ def tried(found: Found, score: Score, *, stands: bool) -> Tried:
 
 
 def untried(found: Found) -> list[Tried]:
-    """Return effects that fell behind, with their errors where runs were held as then."""
-    errors = {one: error_of(one.data, one, one.windows) for one in found.behind}
+    """Return effects that fell behind, with what they left where runs were held as then."""
     return [
         Tried(
             "+".join(one.hypothesis.kinds), one.hypothesis.added[-1].between, None, None,
-            _words(one), errors[one],
+            _words(one), float(np.sqrt(one.chi_square)),
         )
-        for one in sorted(found.behind, key=lambda one: errors[one])
+        for one in sorted(found.behind, key=lambda one: one.chi_square)
     ]  # fmt: skip
 
 
