@@ -12,6 +12,7 @@ from shakerproc.diagnosis.estimation.intervals import (
     far_numbers,
     known_of,
     linear_estimates,
+    numbers_off,
 )
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
@@ -266,6 +267,8 @@ def _notes(
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
     if far and verdict != "cannot tell":
         notes.append(wording.far_sentence(far))
+    if verdict == "effect found":
+        notes += headline.off_sentences(numbers_off(chosen.fit))
     notes += told
     if verdict == "measurement fault" and missing:
         notes.append(wording.unnamed_note(found.left_by(chosen), found.floor_under(chosen)))
