@@ -36,6 +36,7 @@ from shakerproc.diagnosis.selection.each_test import (
 )
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
+from shakerproc.diagnosis.selection.hidden import hidden_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
@@ -109,6 +110,7 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, standing, verdict)
+    shown = told_by if verdict in {"effect found", "nothing missing"} else None
     scores, sure = scores_of(found, standing, own), complete and _has_odds(found, chosen)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -130,6 +132,7 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
+        hidden=hidden_of(found.before.hypothesis.model, fit, (effects, linear), shown, seed),
         confidence=shared(probability_of(scores), standing) if sure else None,
         scores=scores,
         seed=seed,

@@ -15,6 +15,7 @@ from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.models.motion import shown_in, unit_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence.comparison import (
+    AFTER,
     MEASURED,
     NOISE,
     Models,
@@ -316,6 +317,54 @@ def forced_cycle(
     speed = amplitude * 2.0 * math.pi * frequency * np.cos(angle)
     force = effect.force_along(z, speed, frequency * _SAMPLES)
     return z[-_SAMPLES:], force[-_SAMPLES:]
+
+
+def hidden(diagnosis: Diagnosis, models: Models) -> list[PageFigure]:
+    """Return motion and force of joints that recordings do not tell, those of effects first."""
+    found = {frozenset(effect.between) for effect in diagnosis.effects}
+    order = sorted(diagnosis.hidden, key=lambda one: frozenset(one.between) not in found)
+    motion = models.before.model.motion
+    drawings = []
+    for joint in order[:MOST]:
+        places = " and ".join(joint.between)
+        for what, si, band in (
+            ("displacement", "m", joint.displacement),
+            ("force", "N", joint.force),
+        ):
+            low, high = min(band.low), max(band.high)
+            unit, factor = (
+                shown_in(si, motion, max(-low, high))
+                if si == "m"
+                else (unit_in(si, motion), 1.0)
+            )
+            x = np.array(joint.time)
+            curves = [
+                Curve("90 %", x, factor * np.array(band.low), NOISE, thin=True),
+                Curve("", x, factor * np.array(band.high), NOISE, thin=True),
+                Curve(what, x, factor * np.array(band.value), AFTER),
+            ]
+            room = 0.05 * (high - low)
+            drawings.append(
+                PageFigure(
+                    f"{what.capitalize()} between {places}, test {joint.test}.",
+                    "As the modes and laws of the model found tell it, about its largest "
+                    "motion. Within the thin lines 90 % of what the tests leave open of the "
+                    "numbers, and as large a share as the model leaves of the sensors.",
+                    to_svg.plot(
+                        Plot(
+                            curves,
+                            Axis("time [s]", float(x[0]), float(x[-1])),
+                            Axis(
+                                f"{what} [{unit}]",
+                                factor * (low - room),
+                                factor * (high + room),
+                            ),
+                        ),
+                        title=f"Predicted {what} between {places}",
+                    ),
+                )
+            )
+    return drawings
 
 
 _POINTS: Final = 200  # of a curve
