@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import by_range
+from shakerproc.comparison.hidden_joints import Banded, HiddenJoint
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.diagnosis.result import Diagnosis, Tried
@@ -324,47 +325,42 @@ def hidden(diagnosis: Diagnosis, models: Models) -> list[PageFigure]:
     found = {frozenset(effect.between) for effect in diagnosis.effects}
     order = sorted(diagnosis.hidden, key=lambda one: frozenset(one.between) not in found)
     motion = models.before.model.motion
-    drawings = []
-    for joint in order[:MOST]:
-        places = " and ".join(joint.between)
+    return [
+        _banded(joint, what, band, *shown_in(si, motion, max(map(abs, band.value))))
+        for joint in order[:MOST]
         for what, si, band in (
             ("displacement", "m", joint.displacement),
             ("force", "N", joint.force),
-        ):
-            low, high = min(band.low), max(band.high)
-            unit, factor = (
-                shown_in(si, motion, max(-low, high))
-                if si == "m"
-                else (unit_in(si, motion), 1.0)
-            )
-            x = np.array(joint.time)
-            curves = [
-                Curve("90 %", x, factor * np.array(band.low), NOISE, thin=True),
-                Curve("", x, factor * np.array(band.high), NOISE, thin=True),
-                Curve(what, x, factor * np.array(band.value), AFTER),
-            ]
-            room = 0.05 * (high - low)
-            drawings.append(
-                PageFigure(
-                    f"{what.capitalize()} between {places}, test {joint.test}.",
-                    "As the modes and laws of the model found tell it, about its largest "
-                    "motion. Within the thin lines 90 % of what the tests leave open of the "
-                    "numbers, and as large a share as the model leaves of the sensors.",
-                    to_svg.plot(
-                        Plot(
-                            curves,
-                            Axis("time [s]", float(x[0]), float(x[-1])),
-                            Axis(
-                                f"{what} [{unit}]",
-                                factor * (low - room),
-                                factor * (high + room),
-                            ),
-                        ),
-                        title=f"Predicted {what} between {places}",
-                    ),
-                )
-            )
-    return drawings
+        )
+    ]
+
+
+def _banded(
+    joint: HiddenJoint, what: str, band: Banded, unit: str, factor: float
+) -> PageFigure:
+    """Return samples of a joint within their band, times a factor in the unit of it."""
+    x = np.array(joint.time)
+    low, value, high = (factor * np.array(one) for one in (band.low, band.value, band.high))
+    room = 0.05 * float(np.max(high) - np.min(low))
+    places = " and ".join(joint.between)
+    return PageFigure(
+        f"{what.capitalize()} between {places}, test {joint.test}.",
+        "As modes and laws of the model found tell it, about its largest motion. Within the "
+        "thin lines lie 90 % of what tests and calibration leave open of the numbers, and as "
+        "large a share as the model leaves of the sensors.",
+        to_svg.plot(
+            Plot(
+                [
+                    Curve("90 %", x, low, NOISE, thin=True),
+                    Curve("", x, high, NOISE, thin=True),
+                    Curve(what, x, value, AFTER),
+                ],
+                Axis("time [s]", float(x[0]), float(x[-1])),
+                Axis(f"{what} [{unit}]", float(np.min(low)) - room, float(np.max(high)) + room),
+            ),
+            title=f"Predicted {what} between {places}",
+        ),
+    )
 
 
 _POINTS: Final = 200  # of a curve
