@@ -226,6 +226,8 @@ def _of(
     shape: ComplexArray, at_sensors: ComplexArray, at_points: ComplexArray
 ) -> tuple[ComplexArray, float, float]:
     """Return a shape at all points, and how it misses the sensors, fitted and left out [-]."""
+    largest = np.max(np.abs(at_sensors), axis=1, keepdims=True)
+    at_sensors = np.where(np.abs(at_sensors) > ALONE**0.5 * largest, at_sensors, 0.0)
     inverse = np.linalg.pinv(at_sensors.T, rcond=ALONE**0.5)
     size = float(np.linalg.norm(shape))
     left = shape - at_sensors.T @ (inverse @ shape)

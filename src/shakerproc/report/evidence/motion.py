@@ -13,7 +13,7 @@ from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.motion import shown_in, unit_in
+from shakerproc.models.motion import Motion, shown_in, unit_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence.comparison import (
     AFTER,
@@ -320,13 +320,12 @@ def forced_cycle(
     return z[-_SAMPLES:], force[-_SAMPLES:]
 
 
-def hidden(diagnosis: Diagnosis, models: Models) -> list[PageFigure]:
+def hidden(diagnosis: Diagnosis, of: Motion) -> list[PageFigure]:
     """Return motion and force of joints that recordings do not tell, those of effects first."""
     found = {frozenset(effect.between) for effect in diagnosis.effects}
     order = sorted(diagnosis.hidden, key=lambda one: frozenset(one.between) not in found)
-    motion = models.before.model.motion
     return [
-        _banded(joint, what, band, *shown_in(si, motion, max(map(abs, band.value))))
+        _banded(joint, what, band, *shown_in(si, of, max(map(abs, band.value))))
         for joint in order[:MOST]
         for what, si, band in (
             ("displacement", "m", joint.displacement),

@@ -160,7 +160,7 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Rep
     if models is not None:
         paragraphs.append(ONE_METHOD)
     drawn = [] if diagnosis.outside is None else [free_law(diagnosis.outside)]
-    predicted = [] if models is None else motion.hidden(diagnosis, models)
+    predicted = [] if models is None else motion.hidden(diagnosis, models.before.model.motion)
     parts = [
         ReportSection(
             "Errors of the models that were tried",
