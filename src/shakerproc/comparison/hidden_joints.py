@@ -18,8 +18,8 @@ from shakerproc.simulation.inputs import prepare_measured, with_constant
 DRAWS: Final = 19
 """Models drawn from what tests leave open: of further ones 1 in 20 lies beyond each end [-]."""
 
-LONGEST: Final = 2**14
-"""Samples of a test over which joints are predicted: some tenths of a second of a processor
+LONGEST: Final = 2**13
+"""Samples of a test over which joints are predicted: two tenths of a second of a processor
 for each draw [-]."""
 
 PERIODS: Final = 8
