@@ -200,6 +200,17 @@ def test_what_is_there_is_not_replaced(campaign, capsys):
     assert there.read_bytes() != b"measured"
 
 
+def test_a_campaign_that_is_refused_leaves_no_copy_of_its_log(campaign, capsys):
+    mode = "{frequency: 9 kHz, damping_ratio: 0.01, shape: [1], participation: 1 sqrt(kg)}"
+    arm = f"structures:\n  arm: {{points: [end], modes: [{mode}]}}\nelements:"
+    model = (campaign / "model.yaml").read_text("utf-8").replace("elements:", arm)
+    (campaign / "arm.yaml").write_text(model, "utf-8")
+    given = (campaign / "arm.yaml", campaign / "log.yaml", "--tests", "6")
+    assert run("simulate", *given, "--out", campaign / "refused") == 1
+    assert "beyond half the sample rate" in capsys.readouterr().err
+    assert not (campaign / "refused").exists()
+
+
 def test_a_recording_shakes_another_model(campaign):
     assert run("simulate", campaign / "model.yaml", campaign / "log.yaml", "--tests", "6") == 0
     recorded = campaign / "recordings" / "T6" / "Acceleration.tdms"
