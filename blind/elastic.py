@@ -10,6 +10,7 @@ between (Strang splitting, of order 2).
 import argparse
 import itertools
 import json
+import signal
 import time
 import zlib
 from dataclasses import asdict, dataclass, replace
@@ -52,7 +53,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out of one diagnosis; `joint` is whether the right foot was named."""
+    """What came out of one diagnosis; `within` counts numbers in their intervals, and all."""
 
     seed: int
     kind: str
@@ -69,6 +70,7 @@ class Outcome:
     notes: tuple[str, ...] = ()
     numbers: dict[str, Any] | None = None
     problem: str = ""
+    within: tuple[int, int] = (0, 0)
 
 
 def _drive(drawn: Drawn, test: int) -> np.ndarray:
@@ -235,8 +237,33 @@ def model_of(drawn: Drawn, rng: Rng) -> "Model":
     )  # fmt: skip
 
 
-def judge(seed: int, kind: str) -> Outcome:
-    """Return what a diagnosis makes of a draw."""
+def true_numbers(drawn: Drawn) -> dict[str, float]:
+    """Return the numbers of the effect that is hidden, as the library names them."""
+    first, second = (float(one) for one in drawn.numbers)
+    return {
+        "gap": {"stiffness": first, "clearance": second},
+        "cubic_stiffness": {"coefficient": first},
+        "jenkins": {"stiffness": first, "slip_force": first * second},
+        "coulomb_friction": {"sliding_force": first},
+    }.get(drawn.kind, {})
+
+
+def _held(drawn: Drawn, found: dict[str, Any]) -> tuple[int, int]:
+    """Return how many numbers of an effect that was found right lie in their intervals."""
+    true = true_numbers(drawn)
+    told = [(true[name], *found[name][1:]) for name in true if name in found]
+    held = sum(
+        (low is None or low <= x) and (high is None or x <= high) for x, low, high in told
+    )
+    return held, len(told)
+
+
+def _late(*_: object) -> None:
+    raise TimeoutError("no verdict within the limit")
+
+
+def judge(seed: int, kind: str, limit_s: float = 0.0) -> Outcome:
+    """Return what a diagnosis makes of a draw, given so many seconds of processor (0: any)."""
     from shakerproc.diagnosis.api import diagnose_arrays
     from shakerproc.diagnosis.data import TestArrays
 
@@ -254,12 +281,16 @@ def judge(seed: int, kind: str) -> Outcome:
             excitation="sine sweep" if drawn.sweep else "random", band=drawn.band,
         ))  # fmt: skip
     begun = time.process_time()
+    signal.signal(signal.SIGPROF, _late)
+    signal.setitimer(signal.ITIMER_PROF, limit_s)
     try:
         found = diagnose_arrays(model, tests)
     except Exception as error:  # noqa: BLE001 - any failure is a miss, and is told
         return _outcome(
             drawn, "failed", None, [], begun, problem=f"{type(error).__name__}: {error}"
         )
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
     named = [(one.kind, one.between[-1]) for one in found.effects]
     out = _outcome(drawn, found.verdict, found.confidence, named, begun)
     numbers = {
@@ -267,7 +298,10 @@ def judge(seed: int, kind: str) -> Outcome:
         for one in found.effects
         for name, n in one.parameters.items()
     }
-    return replace(out, sentence=found.sentence, notes=tuple(found.notes), numbers=numbers)
+    return replace(
+        out, sentence=found.sentence, notes=tuple(found.notes), numbers=numbers,
+        within=_held(drawn, numbers) if out.right else (0, 0),
+    )  # fmt: skip
 
 
 def _outcome(
@@ -292,12 +326,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=600000, help="first seed")
     parser.add_argument("--each", type=int, default=1, help="draws of a class")
     parser.add_argument("--classes", default=",".join(CLASSES), help="commas between")
+    parser.add_argument("--limit-s", type=float, default=0.0, help="processor of each; 0: any")
     parser.add_argument("--json", type=Path, help="append every outcome here")
     options = parser.parse_args()
     outcomes = []
     for seed in range(options.seed, options.seed + options.each):
         for kind in options.classes.split(","):
-            one = judge(seed, kind)
+            one = judge(seed, kind, options.limit_s)
             outcomes.append(one)
             mark = "right" if one.right else "WRONG JOINT" if one.wrong_joint else "not right"
             seen = "seen" if one.seen else "unseen"
@@ -309,8 +344,11 @@ def main() -> None:
                     file.write(json.dumps(asdict(one)) + "\n")
     right, wrong = sum(o.right for o in outcomes), sum(o.wrong_joint for o in outcomes)
     sure = sum(o.wrong_joint and (o.confidence or 0.0) > 0.9 for o in outcomes)
+    held, told = (sum(o.within[i] for o in outcomes) for i in range(2))
     print(f"{right} of {len(outcomes)} right; a wrong joint, or an effect where there is none, "
-          f"in {wrong}, above 0.9 in {sure}")  # fmt: skip
+          f"in {wrong}, above 0.9 in {sure}; {held} of {told} numbers within their intervals; "
+          f"{np.median([o.seconds for o in outcomes]):.0f} s of processor in the median, "
+          f"{max(o.seconds for o in outcomes):.0f} at most")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -7,8 +7,9 @@ import pytest
 import scipy
 from numpy.testing import assert_allclose
 
-from shakerproc.comparison import measure
+from shakerproc.comparison import compare_tests, measure
 from shakerproc.comparison.equilibrium import joints_of
+from shakerproc.comparison.hidden_joints import DRAWS, hidden_joints
 from shakerproc.comparison.joints import joint_motions
 from shakerproc.models import EFFECTS, Element, Excitation, Mode, Model, Sensor
 from shakerproc.testlog import read_testlog
@@ -262,3 +263,39 @@ def test_beyond_a_mass_without_a_sensor_the_free_end_is_still_told():
     assert found["coupon", "tip"].weights == pytest.approx({"tip": -1.0})
     assert found["bracket", "coupon"].weights is None
     assert found["base", "bracket"].weights is None
+
+
+def true_laws(contact=CONTACT):
+    laws = (
+        ("spring", CHAIN[0], K1), ("damper", CHAIN[0], C1),
+        ("spring", CHAIN[1], K2), ("damper", CHAIN[1], C2),
+    )  # fmt: skip
+    known = tuple(Element(EFFECTS[kind](value), pair) for kind, pair, value in laws)
+    return (*known, Element(EFFECTS["gap"](contact, CLEARANCE), CHAIN[1]))
+
+
+def test_a_joint_without_sensor_moves_as_the_masses_do_within_its_band(tmp_path, truth):
+    """No sensor on the coupon; a contact 0.3 % off, and draws that know it to as much."""
+    made = replace(model(sensed=["bracket"]), elements=true_laws(1.003 * CONTACT))
+    measured = shaken(tmp_path, truth)(made)
+    (test,) = compare_tests(made, [measured]).tests
+    drawn = [
+        replace(made, elements=true_laws(share * 1.003 * CONTACT))
+        for share in 1.0 + 0.003 * np.random.default_rng(2).standard_normal(DRAWS)
+    ]
+    x1, x2, *_, q1, q2 = truth[1]
+    found = hidden_joints(made, drawn, test)
+    assert [joint.between for joint in found] == list(CHAIN)
+    for joint, z, q in zip(found, (x1, x2 - x1), (q1, q2), strict=True):
+        part = np.rint(np.array(joint.time) * RATE).astype(int)
+        for band, known in ((joint.displacement, z[part]), (joint.force, q[part])):
+            low, value, high = (np.array(one) for one in (band.low, band.value, band.high))
+            assert rms(value - known) < 0.1 * rms(known)
+            assert np.mean((low <= known) & (known <= high)) > 0.85
+            assert rms(high - low) < 0.3 * rms(known)
+
+
+def test_nothing_is_hidden_where_every_place_has_a_sensor(tmp_path, truth):
+    made = replace(model(), elements=true_laws())
+    (test,) = compare_tests(made, [shaken(tmp_path, truth)(made)]).tests
+    assert hidden_joints(made, [made], test) == ()

@@ -75,3 +75,14 @@ def test_the_hidden_gap():
     assert "The model lacks gap between base and coupon" in words(told)
     found = re.search(r"kind: gap.*clearance: ([\d.]+) um", told)
     assert float(found[1]) == pytest.approx(50.0, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_the_antenna():
+    """Oracle: the clearance of 0.02 mm that stands in foot 2."""
+    notebook, told = executed("antenna")
+    assert pictures(notebook) == 2
+    assert "The model lacks gap between base and foot 2" in words(told)
+    found = re.search(r"kind: gap.*clearance: ([\d.]+) um", told)
+    assert float(found[1]) == pytest.approx(20.0, rel=0.02)

@@ -79,8 +79,9 @@ def test_a_single_sensor_is_not_expanded():
                     np.ones((3, 4), complex), np.zeros((1, 3))) is None  # fmt: skip
 
 
-def test_nothing_of_a_mode_that_one_sensor_alone_tells_is_predicted_from_the_others():
-    at_sensors = np.array([[1.0, 0.0, 0.0]], complex)
+@pytest.mark.parametrize("rounding", [0.0, 3e-10])
+def test_nothing_of_a_mode_that_one_sensor_alone_tells_is_predicted_from_the_others(rounding):
+    at_sensors = np.array([[1.0, rounding, 0.0]], complex)
     found = expanded(np.array([[1.0, 0.2, 0.1]], complex), at_sensors, at_sensors,
                      np.zeros((1, 1)))  # fmt: skip
     assert found.left_out[0] == pytest.approx(1.0)

@@ -21,4 +21,4 @@ def test_the_antenna_resonates_at_62_hz_glued_and_at_56_hz_loose(tmp_path):
         found = natural_modes(model, ["tip"]).frequency[0]
         assert found == pytest.approx(frequency, abs=0.5)  # it is told in whole Hz
     structure = model.structures["antenna"]
-    assert sum(structure.participations**2) == pytest.approx(example.PLATE.mass, rel=1e-6)
+    assert sum(structure.participations**2) == pytest.approx(example.PLATE.mass, rel=1e-4)

@@ -44,11 +44,12 @@ def table(folder, **changed):
     (folder / "modes.csv").write_text("\n".join(lines) + "\n")
 
 
-def uff(folder, modal_mass=1.0, without=(), **changed):
-    """Written by pyuff, with shapes for another modal mass than 1."""
+def uff(folder, modal_mass=1.0, without=(), count=3, **changed):
+    """The first modes, written by pyuff, with shapes for another modal mass than 1."""
     file = pyuff.UFF(str(folder / "modes.unv"))
     zero = np.zeros(3)
-    for i, (frequency, shape) in enumerate(zip(FREQUENCIES, SHAPES, strict=True), 1):
+    some = list(zip(FREQUENCIES, SHAPES, strict=True))[:count]
+    for i, (frequency, shape) in enumerate(some, 1):
         content = {
             "type": 55, "id1": "x", "id2": "x", "id3": "x", "id4": "x", "id5": "x",
             "model_type": 1, "analysis_type": 2, "data_ch": 3, "spec_data_type": 8,
@@ -122,7 +123,7 @@ def test_complex_modes_of_a_test_are_scaled_by_their_modal_a(tmp_path):
     assert_allclose(fraction + mirrored, true, rtol=1e-9)  # what modal A means
     zero = np.zeros(3, complex)
     scaled = {"eig": pole, "modal_a": modal_a, "r1": zero, "r2": zero, "r3": psi + 0j}
-    uff(tmp_path, without=("r4", "r5", "r6"), **COMPLEX, **scaled)
+    uff(tmp_path, without=("r4", "r5", "r6"), count=1, **COMPLEX, **scaled)
     structure = model_of(tmp_path, "modes.unv", NODES, driven="{force on: left}")
     assert_allclose(structure.modes[0].shape, phi, rtol=1e-5)
     assert structure.modes[0].frequency == pytest.approx(frequency, rel=1e-5)
@@ -155,6 +156,7 @@ REFUSED = [
     (uff, COMPLEX | {"eig": -1 + 100j, "modal_a": 200.0}, "modes.unv", NODES, r"modes\.unv: mode 1 at 15\.92 Hz is real to 50% only"),
     (uff, {"analysis_type": 5, "freq_step_n": 1}, "modes.unv", NODES, r"modes\.unv: no data set 55 with normal or complex modes"),
     (uff, {"modal_mass": 1.0, "modal_m": 0.0}, "modes.unv", NODES, r"modes\.unv: mode 1 is complex or has no modal mass"),
+    (uff, {"freq": 40.0, "r3": np.array([0.3, -0.5, 0.8])}, "modes.unv", NODES, r"beam\.yaml:2:13: modes_from: mode 2 repeats mode 1; leave it out"),
     (punch, {}, "modes.pch", NODES, r"beam\.yaml:2:13: modes_from: modes\.pch holds no damping; state damping_ratio"),
     (punch, {}, "modes.step", NODES, r"beam\.yaml:2:13: modes_from: no reader for .*\.csv"),
     (lambda _: None, {}, "modes.pch", NODES, r'beam\.yaml:2:13: modes_from: no file "modes.pch" beside beam\.yaml'),

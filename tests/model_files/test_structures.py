@@ -141,6 +141,14 @@ def test_a_residual_flexibility_is_that_at_rest_and_survives_being_written(tmp_p
     assert read_model(other) == model
 
 
+SAME = "".join(
+    f"  - {{frequency: 120 Hz, damping_ratio: {ratio}, shape: [{shape}]}}\n"
+    for ratio, shape in ((0.01, "1.1, -0.6, 1"), (0.02, "-1.1, 0.6, -1"))
+)
+LARGEST = "".join(
+    f"  - {{frequency: {frequency} Hz, damping_ratio: 0.01, shape: [{shape}]}}\n"
+    for frequency, shape in ((120, "1, -0.6, 1"), (330, "-1, 0, 1"))
+)
 REFUSED = [
     ("model", "beam: beam.yaml", "beam: bean.yaml", r'model\.yaml:4:9: .*no file "bean.yaml" beside'),
     ("model", "beam: beam.yaml", "beam: beam.step", r"model\.yaml:4:9: .*no reader for .*\.yaml"),
@@ -164,6 +172,9 @@ REFUSED = [
     ("beam", "120 Hz", "120", r"beam\.yaml:7:\d+: modes\.3\.frequency: expected a number with a unit of Hz"),
     ("beam", "shape: [1, ", "participation: 2 kg, shape: [1, ", r"modes\.3\.participation: expected such as 1\.9 sqrt\(kg\)"),
     ("beam", "points:", "pionts:", r'beam\.yaml:3:1: unknown key "pionts"; did you mean "points"'),
+    ("beam", "damping_ratio: 0.01", "damping_ratio: 1", r"beam\.yaml:5:3: modes: mode 3: with a damping ratio of 1 it does not swing\. 0\.5 % of critical damping is 0\.005"),
+    ("beam", "  - {frequency: 120 Hz, damping_ratio: 0.01, shape: [1, -0.6, 1]}\n", SAME, r"beam\.yaml:5:3: modes: mode 4 repeats mode 3; leave it out"),
+    ("beam", "  - {frequency: 120 Hz, damping_ratio: 0.01, shape: [1, -0.6, 1]}\n", LARGEST, r"beam\.yaml:5:3: modes: the largest value of every shape is 1: .*Export them mass-normalised"),
     ("beam", "structure: 1", "model: 1", r"beam\.yaml:1:1: "),
 ]  # fmt: skip
 
@@ -202,6 +213,17 @@ def test_a_mode_beyond_half_the_sample_rate_is_refused(tmp_path):
         ModelError, match="mode 3 of beam at 120 Hz lies beyond half the sample"
     ):
         check_sampled(model, 239.0)
+
+
+def test_the_own_point_of_a_mode_is_1_and_says_nothing_of_its_normalisation(tmp_path):
+    modes = "".join(
+        f"  - {{frequency: {frequency} Hz, damping_ratio: 0.01, shape: [{shape}]}}\n"
+        for frequency, shape in ((120, "0.9, -0.5, 0.9, 1, 0"), (330, "-0.7, 0, 0.7, 0, 1"))
+    )
+    body = "structure: 1\npoints: [left, middle, right, first, second]\nmodes:\n" + modes
+    model = MODEL.replace("{base: acceleration}", "{force on: middle}")
+    shapes = read_model(written(tmp_path, model, body)).structures["beam"].shapes
+    assert_allclose(np.max(shapes, axis=0), 1.0)
 
 
 def test_positions_are_read_written_and_refused_without_their_point(tmp_path):

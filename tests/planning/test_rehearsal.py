@@ -10,8 +10,10 @@ from tests.in_process import run
 
 from shakerproc.comparison import compare, sentence
 from shakerproc.data import STANDARD_GRAVITY as G
+from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import LogError
 from shakerproc.model_files import read_model
+from shakerproc.models import EFFECTS, Element, Excitation, Model, Sensor
 from shakerproc.planning import Staging, rehearse, respond
 from shakerproc.planning.rehearsal import low_passed
 from shakerproc.recordings import open_recording
@@ -198,6 +200,17 @@ def test_what_is_there_is_not_replaced(campaign, capsys):
     assert there.read_bytes() != b"measured"
 
 
+def test_a_campaign_that_is_refused_leaves_no_copy_of_its_log(campaign, capsys):
+    mode = "{frequency: 9 kHz, damping_ratio: 0.01, shape: [1], participation: 1 sqrt(kg)}"
+    arm = f"structures:\n  arm: {{points: [end], modes: [{mode}]}}\nelements:"
+    model = (campaign / "model.yaml").read_text("utf-8").replace("elements:", arm)
+    (campaign / "arm.yaml").write_text(model, "utf-8")
+    given = (campaign / "arm.yaml", campaign / "log.yaml", "--tests", "6")
+    assert run("simulate", *given, "--out", campaign / "refused") == 1
+    assert "beyond half the sample rate" in capsys.readouterr().err
+    assert not (campaign / "refused").exists()
+
+
 def test_a_recording_shakes_another_model(campaign):
     assert run("simulate", campaign / "model.yaml", campaign / "log.yaml", "--tests", "6") == 0
     recorded = campaign / "recordings" / "T6" / "Acceleration.tdms"
@@ -267,3 +280,28 @@ def test_a_recording_that_begins_in_motion_is_not_rung_at_its_ends():
     assert_allclose(fine[200:-200], expected[200:-200], atol=2e-3)
     assert_allclose(fine[:15996], expected[:15996], atol=0.05)
     assert_allclose(low_passed(fine, 4), wave, atol=0.05)
+
+
+def test_a_mass_that_slides_all_along_is_recorded_as_a_square_wave_without_what_folds_back():
+    r"""Dry friction alone: :math:`a = \pm F / m`, its Fourier series in closed form.
+
+    The harmonic of order 59 lies 210 Hz below four times the sample rate.
+    """
+    mass, friction, frequency = 0.5, 2.0, 170.0
+    laws = (EFFECTS["spring"](100.0), EFFECTS["coulomb_friction"](friction))
+    model = Model(
+        "sliding", {"m": mass}, tuple(Element(law, ("base", "m")) for law in laws),
+        Excitation("base acceleration"), {"a": Sensor("m")},
+    )  # fmt: skip
+    time = np.arange(int(2.0 * RATE)) / RATE
+    shaken = 40.0 * np.sin(2.0 * np.pi * frequency * time) * np.minimum(time / 0.3, 1.0)
+    channel = Channel("control", "m/s^2", "control", "m/s^2", "control")
+    recording = recording_of_arrays("shaken", [channel], shaken[np.newaxis], RATE)
+    made = respond(
+        model, recording, replace(STAGING, noise={"m/s^2": 0.0}, growth=False)
+    ).recording
+    row = made.samples()[-1, -int(RATE) :]
+    lines = 2.0 * np.abs(np.fft.rfft(row)) / RATE
+    first = 4.0 * friction / (np.pi * mass)
+    assert_allclose(lines[[170, 510]], [first, first / 3.0], rtol=0.02)
+    assert lines[210] < 0.1 * first / 59.0

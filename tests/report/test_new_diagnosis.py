@@ -1,19 +1,22 @@
 """What the report says of a diagnosis by free-run simulation."""
 
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from tests.report.test_evidence import DIAGNOSIS
 
+from shakerproc.comparison.hidden_joints import Banded, HiddenJoint
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Outside
-from shakerproc.diagnosis.result import Errors, Tried
+from shakerproc.diagnosis.result import Diagnosis, Errors, Tried
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report.evidence import motion as drawing
 from shakerproc.report.evidence.motion import effect_of
-from shakerproc.report.evidence.numbers import interval
+from shakerproc.report.evidence.numbers import interval, tables
 from shakerproc.report.evidence.sections import diagnosis_section, error_ladder
 from shakerproc.report.page.methods import methods_of
 
@@ -60,6 +63,34 @@ def test_the_report_shows_the_law_and_says_how_far_ahead_it_predicts():
     assert "windows of 0.5 s" in error_ladder(found).caption
     whole = replace(found, errors=errors(None))
     assert "of whole tests" in error_ladder(whole).caption
+
+
+def band(size):
+    return Banded(*((x, -x) for x in (size, 0.9 * size, 1.1 * size)))
+
+
+def test_joints_that_no_recording_tells_are_drawn_with_bands_that_of_the_effect_first():
+    hidden = tuple(
+        HiddenJoint(("base", place), "2", (0.1, 0.2), band(size), band(2e5 * size))
+        for place, size in (("foot", 3e-5), ("coupon", 2e-4))
+    )
+    found = replace(DIAGNOSIS, hidden=hidden)
+    drawn = drawing.hidden(found, "translation")
+    assert [one.title.split(",")[0] for one in drawn] == [
+        "Displacement between base and coupon", "Force between base and coupon",
+        "Displacement between base and foot", "Force between base and foot",
+    ]  # fmt: skip
+    assert ["[mm]" in one.drawing or "[µm]" in one.drawing for one in drawn[::2]] == [
+        True,
+        True,
+    ]
+    assert "[N]" in drawn[1].drawing
+    table = tables(None, found)["hidden_joints.csv"]
+    assert table["between"] == ["base - foot"] * 2 + ["base - coupon"] * 2
+    assert table["displacement_high_m"][2] == pytest.approx(2.2e-4)
+    assert table["force_low_n"][0] == pytest.approx(5.4)
+    kept = TypeAdapter(Diagnosis).validate_json(json.dumps(asdict(found)))
+    assert kept.hidden == hidden  # as a worker elsewhere sends it
 
 
 def test_the_methods_name_the_way_of_the_diagnosis():

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, TypeAlias, final
 
+from shakerproc.comparison.hidden_joints import HiddenJoint
 from shakerproc.diagnosis.estimate import Estimate, Known
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, Outside
 from shakerproc.models import Scale
@@ -247,6 +248,8 @@ class Diagnosis:
         Kinds of effects that would lower the error somewhat, but not by most of what is left.
     notes : tuple of str
         What the reader must know besides, a sentence each.
+    hidden : tuple of HiddenJoint
+        Motion and force of joints that recordings do not tell, of the model that was found.
     seed : int
         Seed of everything that was drawn.
     """
@@ -270,6 +273,7 @@ class Diagnosis:
     modes: tuple[FurtherMode, ...] = ()
     further: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    hidden: tuple[HiddenJoint, ...] = ()
     seed: int = 0
 
     def as_json(self) -> dict[str, Any]:

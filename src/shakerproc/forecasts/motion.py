@@ -1,7 +1,7 @@
 """The motion of a model in a test, and the laws of its joints by which two levels differ."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, final
 
 import numpy as np
@@ -10,19 +10,11 @@ import scipy  # its parts load when they are first used
 from shakerproc.comparison import at_samples
 from shakerproc.comparison.equilibrium import pairs_of
 from shakerproc.comparison.free_run_error import in_band
-from shakerproc.comparison.joints import law_along
+from shakerproc.comparison.hidden_joints import JointHistory, joint_history, probed
 from shakerproc.data import FloatArray
-from shakerproc.models import (
-    BASE,
-    AbstractMemorylessEffect,
-    Conditions,
-    Element,
-    Model,
-    Sensor,
-)
+from shakerproc.models import AbstractMemorylessEffect, Conditions, Element, Model
 from shakerproc.models.conditions import NO_CONDITIONS
 from shakerproc.models.coordinates import resolved
-from shakerproc.models.effects.attached_mode import AttachedMode
 from shakerproc.models.laws import Law
 from shakerproc.numerals import numeral
 from shakerproc.simulation import Input, Runs, free_runs
@@ -32,8 +24,6 @@ What: TypeAlias = Literal[
 ]
 """What a quantity is."""
 
-_PLACE: Final = "displacement of "
-_SPEED: Final = "velocity of "
 _OF_TABLE: Final[tuple[tuple[What, str], ...]] = (
     ("acceleration", "m/s^2"), ("velocity", "m/s"), ("displacement", "m"),
 )  # fmt: skip
@@ -41,16 +31,6 @@ _OF_TABLE: Final[tuple[tuple[What, str], ...]] = (
 CHANGED: Final = 0.02
 """Change of a joint's stiffness or damping that is told [-]: a resonance moves by half of it,
 1 %."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class JointHistory:
-    """Displacement of the second place against the first [m], velocity [m/s] and force [N]."""
-
-    displacement: FloatArray
-    velocity: FloatArray
-    force: FloatArray
 
 
 @final
@@ -110,48 +90,21 @@ def motion_of(
         Whether the motion of the table is wanted, too.
     """
     pairs, model = pairs_of(model), model.under(conditions)
-    probed = _probed(model, pairs)
+    watched = probed(model, pairs)
     whole = np.array([(0, 0, given.n_samples)])
-    found = free_runs(probed, Runs((given,), whole))
+    found = free_runs(watched, Runs((given,), whole))
     if found.failed[0]:
         return None
-    rows = dict(zip(probed.sensors, at_samples(probed, found.outputs[0]), strict=True))
+    rows = dict(zip(watched.sensors, at_samples(watched, found.outputs[0]), strict=True))
     rate = given.sample_rate
     responses = in_band(np.array([rows[name] for name in model.sensors]), rate, band)
     return TestMotion(
         rate,
         drive,
         dict(zip(model.sensors, gains[:, None] * responses, strict=True)),
-        {pair: _joint(model, pair, rows, rate) for pair in pairs},
+        {pair: joint_history(model, pair, rows, rate) for pair in pairs},
         _table(model, drive, rate, band) if table else (),
     )
-
-
-def _probed(model: Model, pairs: Sequence[tuple[str, str]]) -> Model:
-    """Return a model with sensors of the motion of joints' places against the base."""
-    sensors = dict(model.sensors)
-    for place in {place for pair in pairs for place in pair} - {BASE}:
-        sensors[_PLACE + place] = Sensor(place, "relative displacement")
-        sensors[_SPEED + place] = Sensor(place, "relative velocity")
-    return replace(model, sensors=sensors)
-
-
-def _joint(
-    model: Model, pair: tuple[str, str], rows: Mapping[str, FloatArray], rate: float
-) -> JointHistory:
-    """Return the motion of a joint, and the force of all laws between its places."""
-    still = np.zeros_like(next(iter(rows.values())))
-    displacement, velocity = (
-        (still if pair[1] == BASE else rows[kind + pair[1]])
-        - (still if pair[0] == BASE else rows[kind + pair[0]])
-        for kind in (_PLACE, _SPEED)
-    )
-    force = np.zeros_like(displacement)
-    for element in resolved(model):
-        same = set(element.between) == set(pair)
-        if same and not isinstance(element.effect, AttachedMode):
-            force = force + law_along(element, pair, displacement, velocity, rate)
-    return JointHistory(displacement, velocity, force)
 
 
 def _table(

@@ -165,7 +165,7 @@ def without_chance(shapes: ComplexArray, variance: FloatArray) -> ComplexArray:
 
 ALONE: Final = 1e-9
 """Of a sensor that alone tells the amplitude of a mode, what rounding leaves of one less its
-leverage [-]."""
+leverage [-]: shares of a shape by its root are none."""
 
 
 @final
@@ -226,7 +226,9 @@ def _of(
     shape: ComplexArray, at_sensors: ComplexArray, at_points: ComplexArray
 ) -> tuple[ComplexArray, float, float]:
     """Return a shape at all points, and how it misses the sensors, fitted and left out [-]."""
-    inverse = np.linalg.pinv(at_sensors.T)
+    largest = np.max(np.abs(at_sensors), axis=1, keepdims=True)
+    at_sensors = np.where(np.abs(at_sensors) > ALONE**0.5 * largest, at_sensors, 0.0)
+    inverse = np.linalg.pinv(at_sensors.T, rcond=ALONE**0.5)
     size = float(np.linalg.norm(shape))
     left = shape - at_sensors.T @ (inverse @ shape)
     free = 1.0 - np.einsum("ms,ms->s", at_sensors, inverse).real
@@ -234,7 +236,7 @@ def _of(
     predicted = np.abs(left) / np.where(told, free, 1.0)
     for i in np.flatnonzero(~told):
         rest = np.arange(shape.size) != i
-        others = np.linalg.pinv(at_sensors.T[rest]) @ shape[rest]
+        others = np.linalg.pinv(at_sensors.T[rest], rcond=ALONE**0.5) @ shape[rest]
         predicted[i] = np.abs(shape[i] - at_sensors[:, i] @ others)
     return (
         at_points.T @ (inverse @ shape),

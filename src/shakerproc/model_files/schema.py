@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from shakerproc.data import FloatArray
@@ -15,7 +16,7 @@ from shakerproc.exchange.modes import ModeTable
 from shakerproc.geometry import Place
 from shakerproc.model_files.exchanged import modes_of, seen_at
 from shakerproc.models.model import BASE, Excitation, Measures
-from shakerproc.models.structure import Structure, StructureMode, check_mass
+from shakerproc.models.structure import Structure, StructureMode, check_mass, check_modes
 from shakerproc.units import in_unit, quoted, to_si
 
 _Metre = Annotated[float, in_unit("m")]
@@ -213,6 +214,9 @@ def _structure(document: Document[Any], where: Where, said: StructureSchema) -> 
         if not said.modes:
             raise document.error((*where, "modes"), "expected modes; a structure moves in them")
         modes = tuple(_mode(document, where, said, i, root) for i in range(len(said.modes)))
+        ratios = np.array([mode.damping_ratio for mode in modes])
+        written = np.array([mode.shape for mode in said.modes]).T
+        _check_modes(document, (*where, "modes"), [m.frequency for m in modes], ratios, written)
     else:
         points, modes, positions, shares = _modes_of_file(document, where, said, root)
         _check_points(document, where, points)
@@ -267,6 +271,23 @@ def _check_points(document: Document[Any], where: Where, points: Sequence[str]) 
         known.add(point)
 
 
+def _check_modes(
+    document: Document[Any], where: Where, frequencies: ArrayLike, damping: FloatArray,
+    shapes: FloatArray,
+) -> None:  # fmt: skip
+    """Pass modes that can be those of a structure (see `check_modes`).
+
+    Raises
+    ------
+    DocumentError
+        If they cannot.
+    """
+    try:
+        check_modes(np.asarray(frequencies, float), damping, shapes)
+    except ValueError as error:
+        raise document.error(where, str(error)) from error
+
+
 def _modes_of_file(
     document: Document[Any], where: Where, said: StructureSchema, root: float
 ) -> tuple[tuple[str, ...], tuple[StructureMode, ...], dict[str, Place], FloatArray | None]:
@@ -288,6 +309,7 @@ def _modes_of_file(
         raise document.error(
             (*where, "mass_unit"), f"{named} states units itself; leave it out"
         )
+    written = table.shapes
     table = table.in_si(root**2, _length_unit(document, where, said, table))
     points = {
         point: _place_of(document, where, said, table, point)
@@ -300,6 +322,7 @@ def _modes_of_file(
         raise document.error(
             here, f"{named} holds no damping; state damping_ratio: 0.01, say, of all modes"
         )
+    _check_modes(document, here, table.frequencies, damping, written)
     axis = said.direction or _one_axis(points.values())
     found = seen_at(table, points, {axis})
     modes, shares = modes_of(found, damping, axis)

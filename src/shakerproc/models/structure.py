@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import combinations
 from types import MappingProxyType
 from typing import Final, final
 
@@ -265,6 +266,17 @@ class Structure:
             return np.ones(len(self.points))
         return np.array([float(p.endswith(f"/{self.direction}")) for p in self.points])
 
+    @property
+    def moved_mass(self) -> float:
+        r"""Mass that the modes move with the base, :math:`\sum_r \gamma_r^2` [kg].
+
+        Raises
+        ------
+        ValueError
+            As `participations` does.
+        """
+        return float(np.sum(self.participations**2))
+
     @cached_property
     def participations(self) -> FloatArray:
         r"""Participation of the attached bodies in a base acceleration, (n,) array [sqrt(kg)].
@@ -355,6 +367,50 @@ def check_mass(participations: FloatArray, mass: float, *, fixed: bool) -> None:
         raise ValueError(
             f"the modes move {moved:.4g} kg with the base, and mass says {mass:.4g} kg."
             + (advice if near else " Check how the shapes are normalised")
+        )
+
+
+def check_modes(
+    frequencies: FloatArray, damping_ratios: FloatArray, shapes: FloatArray
+) -> None:
+    """Pass modes that swing, each once, whose shapes may be for a unit modal mass.
+
+    Shapes whose largest values are all 1 are normalised to that. A point that one mode alone
+    moves stands for the mode itself, and does not count.
+
+    Parameters
+    ----------
+    frequencies : (n_modes,) array
+        0 of rigid-body modes [Hz].
+    damping_ratios : (n_modes,) array
+        [-].
+    shapes : (n_points, n_modes) array
+        As they are written, for a unit mass.
+
+    Raises
+    ------
+    ValueError
+        If a damping ratio is 1 or more, a mode repeats another, or shapes are not for a unit
+        modal mass.
+    """
+    elastic = np.flatnonzero(frequencies > 0.0)
+    for i in elastic[damping_ratios[elastic] >= 1.0]:
+        raise ValueError(
+            f"mode {i + 1}: with a damping ratio of {damping_ratios[i]:g} it does not swing. "
+            "0.5 % of critical damping is 0.005"
+        )
+    for i, j in combinations(range(frequencies.size * (len(shapes) > 1)), 2):
+        one, other = shapes[:, i], shapes[:, j]
+        if frequencies[i] == frequencies[j] and (
+            np.array_equal(one, other) or np.array_equal(one, -other)
+        ):
+            raise ValueError(f"mode {j + 1} repeats mode {i + 1}; leave it out")
+    shared = np.count_nonzero(shapes, axis=1) > 1
+    largest = np.max(np.abs(shapes[np.ix_(shared, elastic)]), axis=0, initial=0.0)
+    if elastic.size > 1 and np.all(np.abs(largest - 1.0) < _MOVED):
+        raise ValueError(
+            "the largest value of every shape is 1: shapes are normalised to that, and not to "
+            "a modal mass of 1. Export them mass-normalised"
         )
 
 

@@ -30,6 +30,7 @@ from shakerproc.comparison.modes import ComparedModes, compared_modes
 from shakerproc.comparison.response_functions import FunctionComparison, compare_functions
 from shakerproc.errors import ArgumentError, DiagnosisError, ShakerprocError
 from shakerproc.models import Model
+from shakerproc.numerals import numeral
 from shakerproc.recordings.response_functions import read_functions
 from shakerproc.report.evidence.functions import function_report
 from shakerproc.report.page.page import write_report
@@ -368,11 +369,28 @@ def compare_models(
     return ShownComparison(found, old, modes)
 
 
+def structure_sentences(model: Model) -> list[str]:
+    """Return the modes of each structure that the base moves, and their mass [kg]."""
+    if not model.excitation.moves_base:
+        return []
+    return [
+        f"{name}: {len(one.modes)} modes up to "
+        f"{numeral(max(mode.frequency for mode in one.modes))} Hz; they move "
+        f"{numeral(one.moved_mass, 4)} kg with the base"
+        for name, one in model.structures.items()
+    ]
+
+
+_FEW_SENSORS: Final = "sensors at one place tell no shapes; use two places or more"
+
+
 def _modes(
     found: Comparison, log: TestLog, warn: Callable[[str], None]
 ) -> ComparedModes | None:
     """Return modes of test and model; None where one place alone moves or has sensors."""
     sensed = {sensor.at for sensor in found.model.sensors.values()}
+    if found.model.structures and len(sensed) < 2:
+        warn(f"modes of test and model are not compared: {_FEW_SENSORS}")
     if found.model.n_coordinates < 2 or len(sensed) < 2 or found.model.excitation.imposed:
         return None
     try:

@@ -200,11 +200,12 @@ def rehearse_campaign(
     of_tests = [model.under(stated(test)) for test in named]
     paths = [_path(test, root, target) for test in named]
     _check_free(log, paths, overwrite=overwrite)
-    if target != root:
-        _copy_log(log, target, overwrite=overwrite)
+    copies = {} if target == root else _copies_of_log(log, target, overwrite=overwrite)
     found = []
     for shaken, test, path in zip(of_tests, named, paths, strict=True):
         made = rehearse(shaken, test, staging)
+        while copies:  # a model that cannot be shaken so is refused before anything is written
+            files.write_bytes(*copies.popitem())
         write_recording(path, made.recording)
         found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
         advance(f"test {test.id}")
@@ -252,8 +253,8 @@ def _check_free(log: "TestLog", paths: Sequence[Path], *, overwrite: bool) -> No
         )
 
 
-def _copy_log(log: "TestLog", target: Path, *, overwrite: bool) -> None:
-    """Copy the log, and the specimens that it names, into another folder.
+def _copies_of_log(log: "TestLog", target: Path, *, overwrite: bool) -> dict[Path, bytes]:
+    """Return the log and the specimens that it names, by where they go in another folder.
 
     Raises
     ------
@@ -262,8 +263,10 @@ def _copy_log(log: "TestLog", target: Path, *, overwrite: bool) -> None:
     """
     named = log.document.value.specimens
     sources = [log.path, *([log.path.parent / named] if isinstance(named, str) else [])]
+    copies = {}
     for source in sources:
         copy, content = target / source.relative_to(log.path.parent), source.read_bytes()
         if copy.exists() and copy.read_bytes() != content and not overwrite:
             raise LogError(f"{copy} is another file already; choose another --out")
-        files.write_bytes(copy, content)
+        copies[copy] = content
+    return copies

@@ -83,7 +83,7 @@ def compare(
     from shakerproc.recordings.response_functions import holds_functions
     from shakerproc.report.evidence.comparison import Models
     from shakerproc.testlog import read_testlog
-    from shakerproc.workflows.comparison import compare_models
+    from shakerproc.workflows.comparison import compare_models, structure_sentences
     from shakerproc.workflows.evidence import Evidence, inputs_of
 
     folder = Path(f"{model.stem}_compare") if out is None else out
@@ -114,6 +114,8 @@ def compare(
         )
         return
     once = output.Once()
+    for line in structure_sentences(shaken):
+        output.message(line)
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_models(
             shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning

@@ -91,6 +91,8 @@ def convert(
 
     A recording keeps its units; modes are written in SI.
     """
+    from shakerproc.exchange.modes import WRITERS as MODE_WRITERS
+    from shakerproc.model_files.schema import YAML
     from shakerproc.recordings import WRITERS, open_recording
     from shakerproc.workflows.mode_sets import ModeOptions, is_of_modes
 
@@ -106,7 +108,8 @@ def convert(
     write = WRITERS.get(out.suffix.lower())
     if write is None:
         raise typer.BadParameter(
-            f"no format {out.suffix or out.name!r}; shakerproc writes {', '.join(WRITERS)}",
+            f"no format {out.suffix or out.name!r}; shakerproc writes recordings as "
+            f"{', '.join(WRITERS)} and modes as {', '.join((*YAML, *MODE_WRITERS))}",
             param_hint="OUT",
         )
     with open_recording(

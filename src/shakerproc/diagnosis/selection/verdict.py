@@ -12,6 +12,7 @@ from shakerproc.diagnosis.estimation.intervals import (
     far_numbers,
     known_of,
     linear_estimates,
+    numbers_off,
 )
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.of_tests import drift_of, weights_of
@@ -35,6 +36,7 @@ from shakerproc.diagnosis.selection.each_test import (
 )
 from shakerproc.diagnosis.selection.errors import error_of
 from shakerproc.diagnosis.selection.faults import doubted, faults_of
+from shakerproc.diagnosis.selection.hidden import hidden_of
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.probability import probability_of, scores_of
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
@@ -108,6 +110,7 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, standing, verdict)
+    shown = told_by if verdict in {"effect found", "nothing missing"} else None
     scores, sure = scores_of(found, standing, own), complete and _has_odds(found, chosen)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -129,6 +132,7 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
+        hidden=hidden_of(found.before.hypothesis.model, fit, (effects, linear), shown, seed),
         confidence=shared(probability_of(scores), standing) if sure else None,
         scores=scores,
         seed=seed,
@@ -266,6 +270,8 @@ def _notes(
     notes += [f"{name} could not be tried: {why}." for name, why in found.failed.items()]
     if far and verdict != "cannot tell":
         notes.append(wording.far_sentence(far))
+    if verdict == "effect found":
+        notes += headline.off_sentences(numbers_off(chosen.fit))
     notes += told
     if verdict == "measurement fault" and missing:
         notes.append(wording.unnamed_note(found.left_by(chosen), found.floor_under(chosen)))

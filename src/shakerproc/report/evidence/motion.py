@@ -6,15 +6,17 @@ from typing import Final
 import numpy as np
 
 from shakerproc.comparison import by_range
+from shakerproc.comparison.hidden_joints import Banded, HiddenJoint
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.diagnosis.joint_outcomes import Outside
 from shakerproc.diagnosis.result import Diagnosis, Tried
 from shakerproc.models import EFFECTS
 from shakerproc.models.effects import Table
 from shakerproc.models.effects.base import AbstractEffect
-from shakerproc.models.motion import shown_in, unit_in
+from shakerproc.models.motion import Motion, shown_in, unit_in
 from shakerproc.numerals import numeral
 from shakerproc.report.evidence.comparison import (
+    AFTER,
     MEASURED,
     NOISE,
     Models,
@@ -316,6 +318,48 @@ def forced_cycle(
     speed = amplitude * 2.0 * math.pi * frequency * np.cos(angle)
     force = effect.force_along(z, speed, frequency * _SAMPLES)
     return z[-_SAMPLES:], force[-_SAMPLES:]
+
+
+def hidden(diagnosis: Diagnosis, of: Motion) -> list[PageFigure]:
+    """Return motion and force of joints that recordings do not tell, those of effects first."""
+    found = {frozenset(effect.between) for effect in diagnosis.effects}
+    order = sorted(diagnosis.hidden, key=lambda one: frozenset(one.between) not in found)
+    return [
+        _banded(joint, what, band, *shown_in(si, of, max(map(abs, band.value))))
+        for joint in order[:MOST]
+        for what, si, band in (
+            ("displacement", "m", joint.displacement),
+            ("force", "N", joint.force),
+        )
+    ]
+
+
+def _banded(
+    joint: HiddenJoint, what: str, band: Banded, unit: str, factor: float
+) -> PageFigure:
+    """Return samples of a joint within their band, times a factor in the unit of it."""
+    x = np.array(joint.time)
+    low, value, high = (factor * np.array(one) for one in (band.low, band.value, band.high))
+    room = 0.05 * float(np.max(high) - np.min(low))
+    places = " and ".join(joint.between)
+    return PageFigure(
+        f"{what.capitalize()} between {places}, test {joint.test}.",
+        "As modes and laws of the model found tell it, about its largest motion. Within the "
+        "thin lines lie 90 % of what tests and calibration leave open of the numbers, and as "
+        "large a share as the model leaves of the sensors.",
+        to_svg.plot(
+            Plot(
+                [
+                    Curve("90 %", x, low, NOISE, thin=True),
+                    Curve("", x, high, NOISE, thin=True),
+                    Curve(what, x, value, AFTER),
+                ],
+                Axis("time [s]", float(x[0]), float(x[-1])),
+                Axis(f"{what} [{unit}]", float(np.min(low)) - room, float(np.max(high)) + room),
+            ),
+            title=f"Predicted {what} between {places}",
+        ),
+    )
 
 
 _POINTS: Final = 200  # of a curve

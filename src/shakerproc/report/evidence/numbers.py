@@ -267,11 +267,27 @@ def tables(models: Models | None, diagnosis: Diagnosis | None) -> dict[str, Colu
     if diagnosis is not None:
         out["ladder.csv"] = candidates(diagnosis)
         out["parameters.csv"] = parameters(diagnosis)
+        out["hidden_joints.csv"] = hidden_joints(diagnosis)
     return {name: columns for name, columns in out.items() if next(iter(columns.values()))}
 
 
 def _columns(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> Columns:
     return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+
+
+def hidden_joints(diagnosis: Diagnosis) -> Columns:
+    """Return motion [m] and force [N] of joints that no recording tells, with bands."""
+    rows = []
+    for joint in diagnosis.hidden:
+        z, f = joint.displacement, joint.force
+        values = (joint.time, z.value, z.low, z.high, f.value, f.low, f.high)
+        where = (" - ".join(joint.between), joint.test)
+        rows += [(*where, *one) for one in zip(*values, strict=True)]
+    names = (
+        "between", "test", "time_s", "displacement_m", "displacement_low_m",
+        "displacement_high_m", "force_n", "force_low_n", "force_high_n",
+    )  # fmt: skip
+    return _columns(names, rows)
 
 
 def response_functions(models: Models) -> Columns:

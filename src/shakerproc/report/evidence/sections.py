@@ -160,6 +160,7 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Rep
     if models is not None:
         paragraphs.append(ONE_METHOD)
     drawn = [] if diagnosis.outside is None else [free_law(diagnosis.outside)]
+    predicted = [] if models is None else motion.hidden(diagnosis, models.before.model.motion)
     parts = [
         ReportSection(
             "Errors of the models that were tried",
@@ -168,6 +169,7 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Rep
             figures=[error_ladder(diagnosis)],
         ),
         ReportSection("Missing force", "free_law", figures=drawn),
+        ReportSection("Joints without a measured force", "hidden", figures=predicted),
         ReportSection("Numbers", "numbers", tables=parameter_tables(diagnosis)),
         _open_questions(diagnosis, models),
     ]
