@@ -10,17 +10,3 @@ from shakerproc.spectra.multisines.periods import (
     samples_of_period,
     transient_periods,
 )
-
-__all__ = [
-    "LineGrid",
-    "LineSpectra",
-    "PeriodLayout",
-    "Share",
-    "cut",
-    "grid_of",
-    "layout_of",
-    "line_spectra",
-    "samples_of_period",
-    "shares_of",
-    "transient_periods",
-]
