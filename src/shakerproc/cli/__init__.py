@@ -69,6 +69,7 @@ def build_app(names: Iterable[str] = (*COMMANDS, *FORMER)) -> typer.Typer:
 def main() -> None:
     """Run the command line and exit with the status that docs/cli.md lists."""
     seek_garbage_seldom()
+    output.begin()
     _fill_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

@@ -139,33 +139,27 @@ def _hole_document(said: "StiffnessSection", hole: Static) -> dict[str, Any]:
 
 
 def print_modes(
-    described: "CouponFile",
-    found: "tuple[NamedMode, ...]",
-    stated: "tuple[NamedMode, ...]",
-    json: str | None,
+    described: "CouponFile", found: "tuple[NamedMode, ...]", stated: "tuple[NamedMode, ...]"
 ) -> None:
     """Print the table of modes, and the one at the stated radius."""
     coupon = described.coupon
     output.data(
         f"{described.title}: {coupon.material.name}, outer radius "
         f"{1e3 * coupon.outer_radius:g} mm, {1e3 * coupon.thickness:g} mm thick, "
-        f"{numeral(1e3 * coupon.mass, 4)} g",
-        json_target=json,
+        f"{numeral(1e3 * coupon.mass, 4)} g"
     )
     radius = f"{1e3 * coupon.clamped_radius:.2f} mm"
     how = "inferred: it was fitted to the published frequencies" if described.inferred else ""
-    output.data(f"clamped radius {radius}{f' ({how})' if how else ''}", json_target=json)
+    output.data(f"clamped radius {radius}{f' ({how})' if how else ''}")
     source = f", beside {described.modes.source}" if described.modes else ""
-    _print_table(f"natural frequencies [Hz] at {radius}{source}", described, found, json)
+    _print_table(f"natural frequencies [Hz] at {radius}{source}", described, found)
     if stated:
         there = f"{1e3 * (described.stated_radius or 0.0):.2f} mm"
         title = f"natural frequencies [Hz] at {there}, which the documents state"
-        _print_table(title, described, stated, json)
+        _print_table(title, described, stated)
 
 
-def _print_table(
-    title: str, described: "CouponFile", found: "tuple[NamedMode, ...]", json: str | None
-) -> None:
+def _print_table(title: str, described: "CouponFile", found: "tuple[NamedMode, ...]") -> None:
     from shakerproc.finite_elements.annular_meshes import MODELS
 
     published, own = published_of(described), COLUMN_OF_CLAMP[described.clamp]
@@ -182,16 +176,14 @@ def _print_table(
         ]
         rows.append(cells)
     columns = ("diameters", "circles", *MODELS, "published", f"{own}: off by %")
-    output.print_table(columns, rows, title=title, json_target=json)
+    output.print_table(columns, rows, title=title)
 
 
 def _hertz(value: float | None) -> str | None:
     return None if value is None else f"{value:.1f}"
 
 
-def print_shells(
-    convergence: list[dict[str, Any]], found: "tuple[NamedMode, ...]", json: str | None
-) -> None:
+def print_shells(convergence: list[dict[str, Any]], found: "tuple[NamedMode, ...]") -> None:
     """Print the frequencies of three shell meshes."""
     exact = {(m.diameters, m.circles): m.frequencies["Mindlin"] for m in found}
     rows: list[list[object]] = [
@@ -199,10 +191,10 @@ def print_shells(
     ]
     rows.append(["no mesh", *(_hertz(exact.get((n, 0))) for n in range(3))])
     columns = ("shells", "0 diameters", "1 diameter", "2 diameters")
-    output.print_table(columns, rows, title="shell meshes [Hz]", json_target=json)
+    output.print_table(columns, rows, title="shell meshes [Hz]")
 
 
-def print_static(described: "CouponFile", hole: Static, json: str | None) -> None:
+def print_static(described: "CouponFile", hole: Static) -> None:
     """Print the stiffness of the hole under every load law."""
     import math
 
@@ -222,7 +214,7 @@ def print_static(described: "CouponFile", hole: Static, json: str | None) -> Non
         for one in (*hole.spread, hole.chosen)
     ]
     columns = ("load law", "half-angle deg", "plane", "k N/mm", "f_n Hz", "off by %")
-    output.print_table(columns, rows, title=title, json_target=json)
+    output.print_table(columns, rows, title=title)
     values = [one.stiffness for one in hole.spread]
     text = f"chosen is the last line; the laws spread from {numeral(min(values) / 1e3, 4)} to "
     text += (
@@ -233,18 +225,18 @@ def print_static(described: "CouponFile", hole: Static, json: str | None) -> Non
         text += f"; published: {numeral(hole.published / 1e3, 4)} N/mm"
         text += f", {frequency:.0f} Hz" if frequency is not None else ""
         text += f" ({described.stiffness.source})" if described.stiffness.source else ""
-    output.data(text, json_target=json)
+    output.data(text)
     meshes = ", ".join(f"{k / 1e3:.6g} on {n}" for n, k in hole.convergence.items())
-    output.data(f"on three meshes: {meshes} elements [N/mm]", json_target=json)
+    output.data(f"on three meshes: {meshes} elements [N/mm]")
 
 
 def _signed(value: float | None) -> str | None:
     return None if value is None else f"{value:+.1f}"
 
 
-def print_plays(plays: list[tuple[float, float]], json: str | None) -> None:
+def print_plays(plays: list[tuple[float, float]]) -> None:
     """Print the play of the joint over temperature."""
     if plays:
         rows = [(t, f"{1e3 * play:.4f}", f"{5e2 * play:.4f}") for t, play in plays]
         columns = ("temperature degC", "play mm", "to each side mm")
-        output.print_table(columns, rows, title="play of the joint", json_target=json)
+        output.print_table(columns, rows, title="play of the joint")

@@ -36,6 +36,9 @@ GO_ON: Final = "what is done stands, call again to go on"
 STDOUT: Final = "-"
 """The target of JSON that is stdout."""
 
+_STDOUT_HOLDS: Final = {"json": False}
+"""Whether the document of this command goes to stdout, so that nothing else may."""
+
 
 def checked_json(target: str | None) -> str | None:
     """Return where JSON is to go, looked at before the long work.
@@ -48,6 +51,7 @@ def checked_json(target: str | None) -> str | None:
     if target is None:
         return None
     if target == STDOUT or _is_stdout(Path(target)):
+        _STDOUT_HOLDS["json"] = True
         if stdout_is_closed():
             raise OutputError("--json -: stdout is closed. Name a file instead.")
         return STDOUT
@@ -161,6 +165,18 @@ def command() -> str:
     return shlex.join(["shakerproc", *sys.argv[1:]])
 
 
+def begin() -> None:
+    """Let stdout hold text, until a command says that it holds a document."""
+    _STDOUT_HOLDS["json"] = False
+
+
+def next_step(text: str, *words: object) -> None:
+    """Print the next step and its command on stderr; nothing where JSON goes to stdout."""
+    if not _STDOUT_HOLDS["json"]:
+        typed = shlex.join(["shakerproc", *map(str, words)]) if words else ""
+        message(f"next: {': '.join(filter(None, (text, typed)))}")
+
+
 def say_planned_tests(log: "TestLog") -> None:
     """Say which tests of a log are planned and take no part."""
     for text in log.left_out:
@@ -222,9 +238,9 @@ def finish(status: int) -> NoReturn:
     raise typer.Exit(status)
 
 
-def data(text: str, *, json_target: str | None = None) -> None:
+def data(text: str) -> None:
     """Print a result on stdout, unless JSON has been asked for there."""
-    if json_target != "-":
+    if not _STDOUT_HOLDS["json"]:
         typer.echo(files.printable(text, lines=True))
 
 
@@ -244,7 +260,6 @@ def print_table(
     rows: Sequence[Sequence[object]],
     *,
     title: str = "",
-    json_target: str | None = None,
     spare: Sequence[str] = (),
     elsewhere: str = "--json -",
 ) -> None:
@@ -258,14 +273,12 @@ def print_table(
         Cells, of which numbers get four digits.
     title : str
         Line above it.
-    json_target : str, optional
-        Where JSON goes; no table is printed where that is stdout.
     spare : sequence of str
         Columns to leave out first where there is too little room.
     elsewhere : str
         Where all columns are, told where some are left out.
     """
-    if json_target == "-":
+    if _STDOUT_HOLDS["json"]:
         return
     cells = [[cell_text(value) for value in row] for row in rows]
     numeric = [

@@ -175,33 +175,31 @@ def batch(
         )
         document = write_up(log.title, campaign, root, wish)
         if modal or model is not None:
-            further = _modes(log, root, json, figures=written.figures) if modal else []
+            further = _modes(log, root, figures=written.figures) if modal else []
             document = _with_more(
                 model, log, campaign, root, wish, recordings=recordings, further=further
             )
     output.write_json(document, json)
-    tell(campaign, document, root, json)
+    tell(campaign, document, root)
     output.print_if(pdf, root / "report.html")
-    _end(campaign, None if model is not None else testlog, json)
+    _end(campaign, None if model is not None else testlog)
 
 
-def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) -> None:
+def _end(campaign: "CampaignResult", to_compare: Path | None) -> None:
     """Print the next step for a log without a comparison; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
-        messages.after_batch(to_compare, json)
+        messages.after_batch(to_compare)
     if "failed" in states:
         output.finish(1)
 
 
-def _modes(
-    log: "TestLog", root: Path, json: str | None, *, figures: bool
-) -> "list[ReportSection]":
+def _modes(log: "TestLog", root: Path, *, figures: bool) -> "list[ReportSection]":
     """Return the section of the modes, which are found, written and told."""
     from shakerproc.cli.batch_output import modes_of_batch
     from shakerproc.report.modal.sections import section_of_modes
 
-    return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
+    return [section_of_modes(modes_of_batch(log, root, figures=figures))]
 
 
 def _with_more(

@@ -83,16 +83,16 @@ def check(
     )
     for deviation in result.deviations:
         text = _line(deviation, wanted[deviation.column])
-        output.data(text, json_target=json)
+        output.data(text)
     for test, why in reasons.items():
         text = f"test {test}: missing from {found.path}, wanted by {reference.path}{why}"
-        output.data(text, json_target=json)
+        output.data(text)
     for note in dict.fromkeys((*found.notes, *reference.notes, *expired_notes(found.path))):
         output.message(f"note: {note}")
     for test in result.added:
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
     told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
-    output.data(told, json_target=json)
+    output.data(told)
     if not result.holds:
         output.finish(1)
 
@@ -115,14 +115,14 @@ def _check_profiles(table: Path, json: str | None) -> None:
         json,
     )
     for line in result.broken:
-        output.data(line.sentence, json_target=json)
+        output.data(line.sentence)
     for one in result.worst:
-        output.data(one.sentence, json_target=json)
+        output.data(one.sentence)
     for test, why in result.missing.items():
-        output.data(f"test {test}: not judged: {why}", json_target=json)
+        output.data(f"test {test}: not judged: {why}")
     for note in expired_notes(result.path):
         output.message(f"note: {note}")
-    output.data(result.sentence, json_target=json)
+    output.data(result.sentence)
     if not result.holds:
         output.finish(1)
 

@@ -91,11 +91,11 @@ def coupon(
     plays = _plays(described, temperature_c or [])
     document = document_of(described, found, stated, holes, plays)
     output.write_json(document, json)
-    print_modes(described, found, stated, json)
-    print_shells(document["shell_mesh_convergence"], found, json)
+    print_modes(described, found, stated)
+    print_shells(document["shell_mesh_convergence"], found)
     for hole in holes:
-        print_static(described, hole, json)
-    print_plays(plays, json)
+        print_static(described, hole)
+    print_plays(plays)
     folder = output.out_folder(out, f"{coupon.stem}_modes")
     with output.results(folder, "modes"):
         _write(folder, described, found, holes, document, figures=figures)

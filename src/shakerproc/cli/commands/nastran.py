@@ -121,7 +121,7 @@ def write(
         )
     output.write_json(written, json)
     for row in written:
-        output.data(str(out / str(row["deck"])), json_target=json)
+        output.data(str(out / str(row["deck"])))
     output.message(f"{len(written)} deck{'s' * (len(written) != 1)} in {out}")
 
 
