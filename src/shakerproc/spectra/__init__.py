@@ -18,23 +18,21 @@ from shakerproc.spectra.peaks.damping import (
     smeared_height,
 )
 from shakerproc.spectra.peaks.finding import Peak, find_peaks
-from shakerproc.spectra.responses.bounds import (
+from shakerproc.spectra.responses import (
     Bounds,
-    gain_random_error,
-    psd_bounds,
-    response_bounds,
-)
-from shakerproc.spectra.responses.estimators import (
     coherence,
     conditioned,
     driven,
+    gain_random_error,
     h1,
     h1_of_inputs,
     h2,
     hv,
     masked,
     multiple_coherence,
+    psd_bounds,
     psd_ratio,
+    response_bounds,
 )
 from shakerproc.spectra.thesis import ThesisSettings, ThesisTables, thesis_tables
 from shakerproc.spectra.tones.lines import SpectralLine, clear_of_lines, steady_lines
