@@ -22,7 +22,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.spectra.peaks.fitted_modes import Kind, ModesFit
+from shakerproc.spectra.peaks.mode_fit import Kind, ModesFit
 from shakerproc.spectra.welch.cross import CrossSpectra
 
 OVER: Final = 16
