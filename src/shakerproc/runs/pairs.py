@@ -50,14 +50,14 @@ class Search:
         `control` is a density [unit²/Hz].
         """
         frequency = self.spectra.frequency
-        there = responses.driven(frequency, control, self.judged)
-        return there if there.any() else responses.excited(frequency, self.judged)
+        there = driven(frequency, control, self.judged)
+        return there if there.any() else excited(frequency, self.judged)
 
     @property
     def judged(self) -> tuple[float, float]:
         """Where controls and responses can be compared [Hz]: the band, or near the tone."""
         if self.one_frequency and self.test.frequency_hz is not None:
-            reach = responses.NOTCH_BINS * self.spectra.bin_width
+            reach = NOTCH_BINS * self.spectra.bin_width
             return max(0.0, self.test.frequency_hz - reach), self.test.frequency_hz + reach
         return self.band
 
@@ -85,7 +85,7 @@ def against_controls(
         return None
     cross = search.spectra
     density = spectra.psd(cross)[list(controls)].mean(axis=0)
-    there = responses.audible(cross.frequency, density, search.judged)
+    there = audible(cross.frequency, density, search.judged)
     return Responses(
         h1=np.where(there, spectra.h1(cross, controls, responses), np.nan),
         h2=np.where(there, spectra.h2(cross, controls, responses), np.nan),
@@ -410,7 +410,7 @@ def _pair(
     unit, factor = shown_ratio(of, over)
     limits, _ = spectra.response_bounds(cross, *rows)
     density = result.psd[list(inputs)].mean(axis=0)
-    there = responses.audible(result.spectra.frequency, density, result.band)
+    there = audible(result.spectra.frequency, density, result.band)
     scale = np.where(there, factor, np.nan)
     return ChannelPair(
         label=f"{wanted.output} / {wanted.input}",
