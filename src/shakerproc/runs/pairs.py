@@ -21,7 +21,8 @@ from shakerproc.runs.result import (
 )
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
-from shakerproc.spectra import CrossSpectra, Damping, Peak, SpectralLine, responses
+from shakerproc.spectra import CrossSpectra, Damping, Peak, SpectralLine
+from shakerproc.spectra.responses import NOTCH_BINS, audible, driven, excited
 from shakerproc.testlog import ResponseFunction, Test
 
 SINGLE_FREQUENCY: Final = ("sine",)
