@@ -27,8 +27,8 @@ def demo(
     """Process sample recordings, then find a hidden gap."""
     from shakerproc.cli.messages import announce, compiled_ahead
 
-    announce()
     with compiled_ahead() as wait_for_compiler:
+        announce()
         everyday = _everyday(folder / "everyday", figures=figures)
         output.data("\n2. The loop: a gap hidden in a simulated campaign")
         wait_for_compiler()
