@@ -369,6 +369,37 @@ def _drawn_on(console: "Console") -> Iterator[None]:
         _BARS.remove(console)
 
 
+def writer_of(path: Path) -> "Callable[[Path, Recording], None]":
+    """Return what writes a recording in the format of a new file.
+
+    Raises
+    ------
+    typer.BadParameter
+        If nothing does.
+    """
+    from shakerproc.recordings import WRITERS
+
+    write = WRITERS.get(path.suffix.lower())
+    if write is None:
+        raise typer.BadParameter(
+            f"no format {path.suffix or path.name!r}; shakerproc writes {', '.join(WRITERS)}",
+            param_hint="OUT",
+        )
+    return write
+
+
+def tell_written(path: Path, recording: "Recording") -> None:
+    """Say on stderr which recording was written, and its notes."""
+    for note in recording.notes:
+        message(f"note: {note}")
+    if recording.incomplete:
+        warning(f"{(recording.path or path).name} is incomplete, and so is {path.name}")
+    message(
+        f"{path}: {len(recording.channels)} channels, {recording.n_samples} samples at "
+        f"{recording.sample_rate:.9g} Hz"
+    )
+
+
 def tell_faults(recording: "Recording", role: str | None, start: float, stop: float) -> None:
     """Print the faults in channels of a role, from `start` to `stop` [s]."""
     from shakerproc.recordings import health, within

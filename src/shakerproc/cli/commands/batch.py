@@ -243,7 +243,6 @@ def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> No
         If a column is unknown, or series are asked for without a trend.
     """
     from shakerproc.campaign.trends import column_of
-    from shakerproc.errors import LogError
     from shakerproc.testlog import facts_of
 
     if by and not trend:
@@ -251,10 +250,8 @@ def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> No
     known = list(dict.fromkeys(name for test in log.tests for name in facts_of(test)))
     for option, names in (("--trend", trend), ("--by", by)):
         for name in names:
-            try:
+            with options.refused(option):
                 column_of(name, known)
-            except LogError as error:
-                raise typer.BadParameter(str(error), param_hint=option) from error
 
 
 def _check_channel(log: "TestLog", channel: str | None) -> None:
@@ -266,7 +263,6 @@ def _check_channel(log: "TestLog", channel: str | None) -> None:
         If there is none.
     """
     from shakerproc.campaign.trends import chosen_channel
-    from shakerproc.errors import LogError
 
     used = [use for test in log.active for use in test.channels if use.role != "ignore"]
     names = list(dict.fromkeys(use.name or str(use.key) for use in used))
@@ -274,10 +270,8 @@ def _check_channel(log: "TestLog", channel: str | None) -> None:
     if channel is None or by_file or not all(test.channels for test in log.active):
         return  # only the files know the names
     if names and not any(channel in name for name in names):
-        try:
+        with options.refused("--channel"):
             chosen_channel(channel, names)
-        except LogError as error:
-            raise typer.BadParameter(str(error), param_hint="--channel") from error
 
 
 def _words(text: str) -> tuple[str, ...]:

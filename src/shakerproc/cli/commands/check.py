@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -62,10 +62,8 @@ def check(
 
     wanted = _tolerances(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
-    try:
+    with options.refused("--tolerance"):
         result = agreement(found, reference, wanted)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--tolerance") from error
     reasons = {test: _reason(found, test) for test in result.missing}
     output.write_json(
         {
@@ -164,10 +162,8 @@ def _tolerances(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
             note = former_note(name, "--columns")
             if note:
                 output.message(f"note: {note}")
-            try:
+            with options.refused(hint):
                 wanted[present_name(name)] = read_tolerance(own or tolerance)
-            except ValueError as error:
-                raise typer.BadParameter(str(error), param_hint=hint) from error
     if not wanted:
         raise typer.BadParameter(
             "name a column, such as peak_frequency", param_hint="--columns"

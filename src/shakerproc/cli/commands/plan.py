@@ -269,10 +269,8 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
         raise typer.BadParameter(
             f"{coupon} has no joint: the bushing's size and material", param_hint="--coupon"
         )
-    try:
+    with options.refused("--temperature"):
         kelvin = to_si(temperature, "K")
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--temperature") from error
     if kelvin <= 0.0:
         raise typer.BadParameter(
             f"{temperature} is below absolute zero", param_hint="--temperature"

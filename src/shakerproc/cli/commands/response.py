@@ -127,10 +127,8 @@ def _level(model: "Model", text: str) -> float:
     from shakerproc.units import to_si
 
     unit = model.drive_unit
-    try:
+    with options.refused("--level"):
         amplitude = to_si(text, unit)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--level") from error
     if not amplitude > 0.0:
         raise typer.BadParameter(f"must be above 0 {unit}, not {text}", param_hint="--level")
     return amplitude
