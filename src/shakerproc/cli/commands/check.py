@@ -57,8 +57,7 @@ def check(
     if against is None:
         _check_profiles(table, json)
         return
-    from shakerproc.campaign.agreement import agreement, read_table
-    from shakerproc.campaign.keeping import expired_notes
+    from shakerproc.campaign.agreement import agreement, expired_notes, read_table
 
     wanted = _tolerances(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
@@ -97,7 +96,7 @@ def check(
 
 def _check_profiles(table: Path, json: str | None) -> None:
     """Print every line of a profile that was broken or could not be judged."""
-    from shakerproc.campaign.keeping import expired_notes, profiles_kept
+    from shakerproc.campaign.agreement import expired_notes, profiles_kept
 
     result = profiles_kept(table)
     output.write_json(
