@@ -69,13 +69,15 @@ def build_app(names: Iterable[str] = (*COMMANDS, *FORMER)) -> typer.Typer:
 def main() -> None:
     """Run the command line and exit with the status that docs/cli.md lists."""
     seek_garbage_seldom()
-    output.begin()
     _fill_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # an old Windows code page has no omega
     with files.noted() as written:
-        _run(written)
+        try:
+            _run(written)
+        finally:
+            output.free_stdout()
 
 
 def _run(written: "list[Path]") -> None:

@@ -165,8 +165,8 @@ def command() -> str:
     return shlex.join(["shakerproc", *sys.argv[1:]])
 
 
-def begin() -> None:
-    """Let stdout hold text, until a command says that it holds a document."""
+def free_stdout() -> None:
+    """Let stdout hold text again, after a command whose document went there."""
     _STDOUT_HOLDS["json"] = False
 
 
