@@ -5,9 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
 from tests.diagnosis.test_headline import FOUND
 
-from shakerproc.cli import messages, output
+from shakerproc.cli import build_app, messages, output
 
 LOG = Path("my campaign/log.yaml")
 
@@ -69,13 +70,11 @@ def test_every_verdict_leads_somewhere(verdict, word, capsys):
 
 
 def test_nothing_is_said_beside_json_on_stdout(capsys):
-    output.checked_json("-")
-    try:
+    with typer.Context(typer.main.get_command(build_app(["doctor"]))) as context:
+        output.checked_json(context, "-")
         messages.after_diagnosis(FOUND, Path("m.yaml"), LOG)
         output.data("text")
         output.print_table(("a",), [(1.0,)])
-    finally:
-        output.free_stdout()
     assert capsys.readouterr() == ("", "")
     output.data("text")
     assert capsys.readouterr().out == "text\n"

@@ -74,10 +74,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # an old Windows code page has no omega
     with files.noted() as written:
-        try:
-            _run(written)
-        finally:
-            output.free_stdout()
+        _run(written)
 
 
 def _run(written: "list[Path]") -> None:

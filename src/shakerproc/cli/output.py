@@ -40,7 +40,7 @@ _STDOUT_HOLDS: Final = {"json": False}
 """Whether the document of this command goes to stdout, so that nothing else may."""
 
 
-def checked_json(target: str | None) -> str | None:
+def checked_json(context: typer.Context, target: str | None) -> str | None:
     """Return where JSON is to go, looked at before the long work.
 
     Raises
@@ -52,6 +52,7 @@ def checked_json(target: str | None) -> str | None:
         return None
     if target == STDOUT or _is_stdout(Path(target)):
         _STDOUT_HOLDS["json"] = True
+        context.call_on_close(_free_stdout)
         if stdout_is_closed():
             raise OutputError("--json -: stdout is closed. Name a file instead.")
         return STDOUT
@@ -71,6 +72,11 @@ def checked_json(target: str | None) -> str | None:
             "but a recording, a log or something else. Name another file."
         )
     return target
+
+
+def _free_stdout() -> None:
+    """Let stdout hold text again, after a command whose document went there."""
+    _STDOUT_HOLDS["json"] = False
 
 
 def _may_be_json(path: Path) -> bool:
@@ -163,11 +169,6 @@ def results(folder: Path, command: str) -> Iterator[None]:
 def command() -> str:
     """Return the command line, as one may type it again."""
     return shlex.join(["shakerproc", *sys.argv[1:]])
-
-
-def free_stdout() -> None:
-    """Let stdout hold text again, after a command whose document went there."""
-    _STDOUT_HOLDS["json"] = False
 
 
 def next_step(text: str, *words: object) -> None:
