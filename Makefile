@@ -4,7 +4,6 @@ VENV := .venv
 BIN := $(VENV)/bin
 CORE := $(VENV)/.core
 READY := $(VENV)/.ready
-VERSIONS := $(VENV)/versions.txt
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 UV := $(BIN)/uv pip
 # where it is set, each of some hundred processes of the tests compiles every module anew
@@ -13,19 +12,18 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: demo test tests quick long check check_code lint types simulate free_runs more docs oldest benchmark verdicts fuzz
 .PHONY: blind chaos healthy real clean
 
-# uv takes a fifth of the time of pip, which does where uv cannot be had or reach anything; versions
-# are chosen for all extras at once, so that none that the core is compiled against is replaced
+# uv takes a fifth of the time of pip, which does where uv cannot be had or reach anything; the demo
+# needs the core alone, and what the tests need besides is chosen when they ask for it: a third less
 $(CORE): pyproject.toml
 	@echo "Setting up $(VENV) with what pyproject.toml asks for: a minute or two, once."
 	$(PYTHON) -m venv $(VENV)
-	rm -f $(VERSIONS)
-	$(PIP) uv && $(UV) compile --quiet --python $(BIN)/python --extra dev --output-file $(VERSIONS) pyproject.toml \
-		&& $(UV) install --quiet --python $(BIN)/python --editable . --constraint $(VERSIONS) || \
-		{ rm -f $(VERSIONS); $(PIP) --no-compile --editable ".[dev]"; }
+	$(PIP) uv && $(UV) install --quiet --python $(BIN)/python --editable . \
+		|| $(PIP) --no-compile --editable ".[dev]"
 	touch $@
 
 $(READY): $(CORE)
-	test ! -e $(VERSIONS) || $(UV) install --quiet --python $(BIN)/python --requirement $(VERSIONS)
+	$(UV) install --quiet --python $(BIN)/python --editable ".[dev]" \
+		|| $(PIP) --no-compile --editable ".[dev]"
 	touch $@
 
 demo: $(CORE)  ## the main job on sample_data, then the hidden gap

@@ -5,9 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
 from tests.diagnosis.test_headline import FOUND
 
-from shakerproc.cli import messages
+from shakerproc.cli import build_app, messages, output
 
 LOG = Path("my campaign/log.yaml")
 
@@ -20,24 +21,24 @@ def typed(told):
 
 
 def test_a_recording_of_a_log_leads_to_its_batch(capsys):
-    messages.after_processing(Path("run.tdms"), LOG, None)
+    messages.after_processing(Path("run.tdms"), LOG)
     assert typed(capsys.readouterr().err) == ["shakerproc", "batch", str(LOG)]
 
 
 def test_a_batch_leads_to_the_model_beside_the_log(tmp_path, capsys):
     log = tmp_path / "log.yaml"
     log.write_text("testlog: 1\n")
-    messages.after_batch(log, None)
+    messages.after_batch(log)
     assert "compare MODEL" in capsys.readouterr().err
     (tmp_path / "other.yaml").write_text("# a comment\n\nmodel: 1\n")
-    messages.after_batch(log, None)
+    messages.after_batch(log)
     told = typed(capsys.readouterr().err)
     assert told == ["shakerproc", "compare", str(tmp_path / "other.yaml"), str(log)]
 
 
 @pytest.mark.parametrize("explained", [True, False])
 def test_a_comparison_leads_to_the_diagnosis_unless_all_is_explained(explained, capsys):
-    messages.after_comparing(Path("m.yaml"), LOG, None, explained=explained)
+    messages.after_comparing(Path("m.yaml"), LOG, explained=explained)
     told = capsys.readouterr().err
     if explained:
         assert "nothing to add" in told
@@ -46,7 +47,7 @@ def test_a_comparison_leads_to_the_diagnosis_unless_all_is_explained(explained, 
 
 
 def test_a_diagnosis_leads_to_the_effect_that_it_found(capsys):
-    messages.after_diagnosis(FOUND, Path("a b/m.yaml"), LOG, None)
+    messages.after_diagnosis(FOUND, Path("a b/m.yaml"), LOG)
     assert typed(capsys.readouterr().err) == [
         "shakerproc", "add", "gap", "a b/m.yaml", str(LOG), "--between", "base,coupon",
         "-o", "a b/m-with-gap.yaml",
@@ -64,10 +65,16 @@ def test_a_diagnosis_leads_to_the_effect_that_it_found(capsys):
 )
 def test_every_verdict_leads_somewhere(verdict, word, capsys):
     found = replace(FOUND, verdict=verdict)
-    messages.after_diagnosis(found, Path("m.yaml"), LOG, None)
+    messages.after_diagnosis(found, Path("m.yaml"), LOG)
     assert word in capsys.readouterr().err
 
 
 def test_nothing_is_said_beside_json_on_stdout(capsys):
-    messages.after_diagnosis(FOUND, Path("m.yaml"), LOG, "-")
+    with typer.Context(typer.main.get_command(build_app(["doctor"]))) as context:
+        output.checked_json(context, "-")
+        messages.after_diagnosis(FOUND, Path("m.yaml"), LOG)
+        output.data("text")
+        output.print_table(("a",), [(1.0,)])
     assert capsys.readouterr() == ("", "")
+    output.data("text")
+    assert capsys.readouterr().out == "text\n"

@@ -12,7 +12,7 @@ from tests.struck import MODES, RATE, accelerance, half_sine, struck
 from shakerproc.data import Channel, ChannelUse, recording_of_arrays
 from shakerproc.errors import SpectrumError
 from shakerproc.runs import process_recording
-from shakerproc.spectra.responses.estimators import power_share
+from shakerproc.spectra.responses import power_share
 from shakerproc.testlog import Hammer, Peaks, Processing, Test, TimeCrop
 from shakerproc.testlog.excitation import Amount
 

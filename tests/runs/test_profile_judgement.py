@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from tests.in_process import run
 from tests.small_campaign import write_campaign
 
-from shakerproc.campaign.keeping import profiles_kept
+from shakerproc.campaign.agreement import profiles_kept
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.runs import process_recording, summary_of
 from shakerproc.testlog import Processing, Profile, ProfileNotch, Test, Welch

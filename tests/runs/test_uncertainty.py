@@ -15,7 +15,7 @@ from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.runs import process_recording
 from shakerproc.runs.budget import Budget, normal, rectangular, unknown
 from shakerproc.spectra import cross_spectra, resonance_width, smeared_height
-from shakerproc.spectra.responses.bounds import mean_square_error, tallest_bins
+from shakerproc.spectra.responses import mean_square_error, tallest_bins
 from shakerproc.testlog import Processing, Test
 from shakerproc.testlog.processing import TimeCrop
 

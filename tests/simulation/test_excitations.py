@@ -17,7 +17,6 @@ from shakerproc.simulation.excitations import (
     rest,
     sampled,
     stepped_sine,
-    sweep_duration,
 )
 from shakerproc.simulation.pieces import pieces_of_samples, pieces_of_signal
 
@@ -49,11 +48,6 @@ def test_the_momentary_frequency_is_the_one_asked_for(make, expected):
     pair = make(0.0), make(0.5 * np.pi)
     assert_allclose(momentary_frequency(pair, time), expected(time), rtol=1e-6)
     assert np.max(np.abs(pair[0](np.linspace(0.0, 6.0, 9001)))) <= 2.0
-
-
-def test_a_sweep_takes_its_octaves():
-    assert_allclose(sweep_duration(5.0, 500.0, 1.0), 60.0 * np.log2(100.0))
-    assert_allclose(sweep_duration(500.0, 5.0, 2.0), 30.0 * np.log2(100.0))
 
 
 def test_stepped_sines_are_whole_cycles_without_a_jump():

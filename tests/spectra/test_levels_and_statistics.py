@@ -9,8 +9,14 @@ from scipy import stats
 
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra import cross_spectra, psd
-from shakerproc.spectra.responses.bounds import gain_random_error, psd_bounds, response_bounds
-from shakerproc.spectra.responses.estimators import driven, excited, masked
+from shakerproc.spectra.responses import (
+    driven,
+    excited,
+    gain_random_error,
+    masked,
+    psd_bounds,
+    response_bounds,
+)
 from shakerproc.spectra.welch.blocks import statistics
 from shakerproc.spectra.welch.cross import control_imbalance, cumulative_rms, rms_in_band
 

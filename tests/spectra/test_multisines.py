@@ -5,6 +5,7 @@ import pytest
 
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.multisines import (
+    check_input,
     cut,
     grid_of,
     layout_of,
@@ -12,7 +13,6 @@ from shakerproc.spectra.multisines import (
     shares_of,
     transient_periods,
 )
-from shakerproc.spectra.multisines.periods import check_input
 
 RATE, N, BAND = 512.0, 1024, (5.0, 100.0)  # Hz, samples of a period, Hz
 

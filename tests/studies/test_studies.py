@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tests.closed_forms import oracles
 from typer.testing import CliRunner
 
 from shakerproc.cli import build_app
 from shakerproc.models import EFFECTS, Element, Excitation, Model
 from shakerproc.report.models.curves import study_figure
-from shakerproc.simulation import closed_forms
 from shakerproc.studies import Measure, Study, StudyRun, Variation, read_study, run_study
 from shakerproc.studies.readings import (
     Spectrum,
@@ -144,7 +144,7 @@ def test_the_backbone_study_is_the_closed_form():
     first = result.columns["run"] == 0
     amplitude = result.columns["amplitude_m"][first]
     wide = amplitude > 1e-3
-    exact = np.sqrt(1000.0) / (2.0 * np.pi) * closed_forms.gap_backbone(amplitude[wide], 5e-4)
+    exact = np.sqrt(1000.0) / (2.0 * np.pi) * oracles.gap_backbone(amplitude[wide], 5e-4)
     assert_allclose(result.columns["frequency_hz"][first][wide], exact, rtol=1e-3)
 
 

@@ -16,7 +16,6 @@ from shakerproc.units import (
     is_unit_of,
     near_miss,
     problem_of_unit,
-    quantity,
     to_si,
 )
 
@@ -251,7 +250,7 @@ def test_near_misses_prefer_what_differs_by_case_or_spaces():
 
 
 class Written(BaseModel):
-    length: quantity("m") = 0.0  # type: ignore[valid-type]
+    length: Annotated[float, in_unit("m")] = 0.0
     positive: Annotated[float, in_unit("m", positive=True)] = 1.0
     not_negative: Annotated[float, in_unit("m", not_negative=True)] = 1.0
 

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from shakerproc import units
-from shakerproc.usual_units import USUAL
+from shakerproc.units import USUAL
 
 
 @pytest.mark.parametrize(("unit", "gravity"), USUAL)

@@ -72,9 +72,7 @@ def tell_outdated(count: int, why: str) -> None:
     output.message(f"{count} test{'s' if count > 1 else ''} computed again: {why}")
 
 
-def tell(
-    campaign: CampaignResult, document: dict[str, Any], root: Path, json_target: str | None
-) -> None:
+def tell(campaign: CampaignResult, document: dict[str, Any], root: Path) -> None:
     """Print the results of a batch."""
     channel = document["trend_channel"]
     rows = [_row(run, channel) for run in campaign.runs if run.status != "discarded"]
@@ -93,7 +91,6 @@ def tell(
             "flags",
         ),
         rows,
-        json_target=json_target,
         spare=("orientation", "excitation", "joint", "coherence", "Q"),
         elsewhere=f"{root / 'runs.csv'} and peaks.csv",
     )
@@ -110,10 +107,10 @@ def tell(
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
     whose = f" (peak frequency of {channel})" if channel else ""
-    output.data(f"{', '.join(parts)}{whose}", json_target=json_target)
+    output.data(f"{', '.join(parts)}{whose}")
     if document["verdict"]:
-        output.data(document["verdict"], json_target=json_target)
-    output.data(f"report: {root / 'report.html'}", json_target=json_target)
+        output.data(document["verdict"])
+    output.data(f"report: {root / 'report.html'}")
 
 
 def _row(run: RunSummary, channel: str) -> tuple[object, ...]:
@@ -148,9 +145,7 @@ def write_folder(
         write_modes(folder, analysis, document, logs, command=output.command(), figures=figures)
 
 
-def modes_of_batch(
-    log: TestLog, root: Path, json: str | None, *, figures: bool
-) -> ModalAnalysis:
+def modes_of_batch(log: TestLog, root: Path, *, figures: bool) -> ModalAnalysis:
     """Return the modes of the tests of a batch that reach more than single frequencies.
 
     They are written to root/modal and told.
@@ -158,17 +153,17 @@ def modes_of_batch(
     tests = [test for test in log.active if test.excitation not in SINGLE_FREQUENCIES]
     with output.progress("modes", len(tests)) as advance:
         analysis = analyse_log(log, tests, log.modal, progress=advance)
-    print_analysis(analysis, json)
+    print_analysis(analysis)
     document = document_of(analysis, log.path)
     write_folder(root / "modal", analysis, document, [log.path], figures=figures)
     output.message(f"modes: {root / 'modal' / 'report.html'}")
     return analysis
 
 
-def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
+def print_analysis(analysis: ModalAnalysis) -> None:
     """Print the modes of every test, then each mode through the tests."""
     for one in analysis.tests:
-        _print_test(one, json)
+        _print_test(one)
     rows = track_rows(analysis)
     if len(analysis.tests) > 1 and rows:
         columns = list(track_columns(analysis))
@@ -176,7 +171,6 @@ def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
             columns,
             rows,
             title="modes over the tests:",
-            json_target=json,
             elsewhere="tracks.csv",
         )
     if analysis.reciprocals:
@@ -185,13 +179,12 @@ def print_analysis(analysis: ModalAnalysis, json: str | None) -> None:
             list(pairs),
             list(zip(*pairs.values(), strict=True)),
             title="reciprocity:",
-            json_target=json,
             elsewhere="reciprocity.csv",
         )
     for sentence in mode_shifts(analysis):
-        output.data(sentence, json_target=json)
+        output.data(sentence)
     for note in analysis.notes:
-        output.data(f"note: {note}", json_target=json)
+        output.data(f"note: {note}")
     for name, reason in analysis.failed:
         output.warning(f"test {name} left out: {reason}")
 
@@ -206,7 +199,7 @@ def _span(shares: FloatArray) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _print_test(one: TestModes, json: str | None) -> None:
+def _print_test(one: TestModes) -> None:
     modes = one.modes
     said = ", ".join(word for word in (one.test.excitation, one.test.level_text) if word)
     title = (
@@ -232,19 +225,18 @@ def _print_test(one: TestModes, json: str | None) -> None:
             "mode", "f_n [Hz]", "+- 95 % [%]", "zeta [%]", "95 % [%]", "collinearity", "orders",
             *(() if modes.scatter is None else ("f scatter [%]", "zeta scatter [%]")),
         )  # fmt: skip
-        output.print_table(columns, rows, title=title, json_target=json)
+        output.print_table(columns, rows, title=title)
     else:
-        output.data(title, json_target=json)
+        output.data(title)
     if modes.model is not None:
         left = one.unexplained
         output.data(
-            f"residual rms {_span(left)} of the responses; intervals: {modes.interval_from}",
-            json_target=json,
+            f"residual rms {_span(left)} of the responses; intervals: {modes.interval_from}"
         )
     else:
-        output.data(f"intervals: {modes.interval_from}", json_target=json)
+        output.data(f"intervals: {modes.interval_from}")
     for note in one.notes:
-        output.data(f"note: {note}", json_target=json)
+        output.data(f"note: {note}")
 
 
 def _interval(bounds: "np.ndarray[Any, Any]") -> str:

@@ -1,7 +1,6 @@
 """Messages beside a result: that kernels are compiled, and the next step in words to type."""
 
 import re
-import shlex
 import subprocess
 import sys
 import threading
@@ -106,62 +105,57 @@ def compiled_ahead() -> Iterator[Callable[[], None]]:
             child.wait()
 
 
-def say(text: str, json: str | None, *words: object) -> None:
-    """Print the next step and its command on stderr; nothing where JSON goes to stdout."""
-    if json != output.STDOUT:
-        typed = shlex.join(["shakerproc", *map(str, words)]) if words else ""
-        output.message(f"next: {': '.join(filter(None, (text, typed)))}")
-
-
-def after_processing(recording: Path, log: Path | None, json: str | None) -> None:
+def after_processing(recording: Path, log: Path | None) -> None:
     """Print the step after one recording: the whole log, or the beginning of one."""
     if log is None:
         folder = recording.parent
-        say("begin a log of these recordings", json, "init", "campaign", "--recordings", folder)
+        output.next_step(
+            "begin a log of these recordings", "init", "campaign", "--recordings", folder
+        )
     else:
-        say("process every test of the log", json, "batch", log)
+        output.next_step("process every test of the log", "batch", log)
 
 
-def after_batch(log: Path, json: str | None) -> None:
+def after_batch(log: Path) -> None:
     """Print the step after a batch: comparing the model beside the log, where there is one."""
     model = _model_of_folder(log)
     if model is None:
         text = "write a model, as `shakerproc init FOLDER` shows, and compare it"
-        say(text, json, "compare", "MODEL", log)
+        output.next_step(text, "compare", "MODEL", log)
     else:
-        say("compare the model with the tests", json, "compare", model, log)
+        output.next_step("compare the model with the tests", "compare", model, log)
 
 
-def after_comparing(model: Path, log: Path, json: str | None, *, explained: bool) -> None:
+def after_comparing(model: Path, log: Path, *, explained: bool) -> None:
     """Print the step after a comparison: the search for a missing effect, or nothing."""
     if explained:
-        say("nothing to add, the model explains every test", json)
+        output.next_step("nothing to add, the model explains every test")
     else:
-        say("ask which effect is missing", json, "diagnose", model, log)
+        output.next_step("ask which effect is missing", "diagnose", model, log)
 
 
-def after_diagnosis(found: "Diagnosis", model: Path, log: Path, json: str | None) -> None:
+def after_diagnosis(found: "Diagnosis", model: Path, log: Path) -> None:
     """Print the step after a diagnosis: adding its effect, or removing the obstacle."""
     if found.verdict == "effect found":
         effect = max(found.effects, key=lambda e: len(e.between))  # faults have one place
         new = model.with_name(f"{model.stem}-with-{effect.kind}.yaml")
         places = ("--between", ",".join(effect.between))
         add = ("add", effect.kind, model, log, *places, "-o", new)
-        say("add it to the model", json, *add)
+        output.next_step("add it to the model", *add)
     elif found.verdict == "measurement fault":
         text = "repair the sensor, or declare the fault in the log; then"
-        say(text, json, "diagnose", model, log)
+        output.next_step(text, "diagnose", model, log)
     elif found.verdict == "outside library":
         new = model.with_name(f"{model.stem}-with-table.yaml")
-        say("write the missing force into a model, without a name", json,
+        output.next_step("write the missing force into a model, without a name",
             "add", "table", model, log, "-o", new)  # fmt: skip
     elif found.verdict == "nothing missing":
-        say("nothing to add", json)
+        output.next_step("nothing to add")
     else:
         text = "run the next test above and enter it in the log" if found.next_test else (
             "settle what is said above"
         )  # fmt: skip
-        say(f"{text}; then", json, "diagnose", model, log)
+        output.next_step(f"{text}; then", "diagnose", model, log)
 
 
 def _model_of_folder(log: Path) -> Path | None:

@@ -90,6 +90,23 @@ def usage(**places: str) -> "Iterator[None]":
         ) from error
 
 
+@contextmanager
+def refused(place: str) -> "Iterator[None]":
+    """Tell of a value that cannot be used as of this option.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it raises a ValueError or a LogError in the block.
+    """
+    from shakerproc.errors import LogError
+
+    try:
+        yield
+    except (ValueError, LogError) as error:
+        raise typer.BadParameter(str(error), param_hint=place) from error
+
+
 def window_of(value: str | None) -> str | None:
     """Return the name of a window; see `option_values.window_of`."""
     if value is None:

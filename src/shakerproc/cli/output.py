@@ -36,8 +36,11 @@ GO_ON: Final = "what is done stands, call again to go on"
 STDOUT: Final = "-"
 """The target of JSON that is stdout."""
 
+_STDOUT_HOLDS: Final = {"json": False}
+"""Whether the document of this command goes to stdout, so that nothing else may."""
 
-def checked_json(target: str | None) -> str | None:
+
+def checked_json(context: typer.Context, target: str | None) -> str | None:
     """Return where JSON is to go, looked at before the long work.
 
     Raises
@@ -48,6 +51,8 @@ def checked_json(target: str | None) -> str | None:
     if target is None:
         return None
     if target == STDOUT or _is_stdout(Path(target)):
+        _STDOUT_HOLDS["json"] = True
+        context.call_on_close(_free_stdout)
         if stdout_is_closed():
             raise OutputError("--json -: stdout is closed. Name a file instead.")
         return STDOUT
@@ -67,6 +72,11 @@ def checked_json(target: str | None) -> str | None:
             "but a recording, a log or something else. Name another file."
         )
     return target
+
+
+def _free_stdout() -> None:
+    """Let stdout hold text again, after a command whose document went there."""
+    _STDOUT_HOLDS["json"] = False
 
 
 def _may_be_json(path: Path) -> bool:
@@ -161,6 +171,13 @@ def command() -> str:
     return shlex.join(["shakerproc", *sys.argv[1:]])
 
 
+def next_step(text: str, *words: object) -> None:
+    """Print the next step and its command on stderr; nothing where JSON goes to stdout."""
+    if not _STDOUT_HOLDS["json"]:
+        typed = shlex.join(["shakerproc", *map(str, words)]) if words else ""
+        message(f"next: {': '.join(filter(None, (text, typed)))}")
+
+
 def say_planned_tests(log: "TestLog") -> None:
     """Say which tests of a log are planned and take no part."""
     for text in log.left_out:
@@ -222,9 +239,9 @@ def finish(status: int) -> NoReturn:
     raise typer.Exit(status)
 
 
-def data(text: str, *, json_target: str | None = None) -> None:
+def data(text: str) -> None:
     """Print a result on stdout, unless JSON has been asked for there."""
-    if json_target != "-":
+    if not _STDOUT_HOLDS["json"]:
         typer.echo(files.printable(text, lines=True))
 
 
@@ -244,7 +261,6 @@ def print_table(
     rows: Sequence[Sequence[object]],
     *,
     title: str = "",
-    json_target: str | None = None,
     spare: Sequence[str] = (),
     elsewhere: str = "--json -",
 ) -> None:
@@ -258,14 +274,12 @@ def print_table(
         Cells, of which numbers get four digits.
     title : str
         Line above it.
-    json_target : str, optional
-        Where JSON goes; no table is printed where that is stdout.
     spare : sequence of str
         Columns to leave out first where there is too little room.
     elsewhere : str
         Where all columns are, told where some are left out.
     """
-    if json_target == "-":
+    if _STDOUT_HOLDS["json"]:
         return
     cells = [[cell_text(value) for value in row] for row in rows]
     numeric = [
@@ -354,6 +368,52 @@ def _drawn_on(console: "Console") -> Iterator[None]:
         yield
     finally:
         _BARS.remove(console)
+
+
+def writer_of(path: Path, *, modes: bool = False) -> "Callable[[Path, Recording], None]":
+    """Return what writes a recording in the format of a new file.
+
+    Parameters
+    ----------
+    path : Path
+        The new file.
+    modes : bool
+        Whether the command writes modes, too, so that a refusal names their formats.
+
+    Raises
+    ------
+    typer.BadParameter
+        If nothing does.
+    """
+    from shakerproc.recordings import WRITERS
+
+    write = WRITERS.get(path.suffix.lower())
+    if write is None:
+        formats = ", ".join(WRITERS)
+        if modes:
+            from shakerproc.exchange.modes import WRITERS as MODE_WRITERS
+            from shakerproc.model_files.schema import YAML
+
+            formats = (
+                f"recordings as {formats} and modes as {', '.join((*YAML, *MODE_WRITERS))}"
+            )
+        raise typer.BadParameter(
+            f"no format {path.suffix or path.name!r}; shakerproc writes {formats}",
+            param_hint="OUT",
+        )
+    return write
+
+
+def tell_written(path: Path, recording: "Recording") -> None:
+    """Say on stderr which recording was written, and its notes."""
+    for note in recording.notes:
+        message(f"note: {note}")
+    if recording.incomplete:
+        warning(f"{(recording.path or path).name} is incomplete, and so is {path.name}")
+    message(
+        f"{path}: {len(recording.channels)} channels, {recording.n_samples} samples at "
+        f"{recording.sample_rate:.9g} Hz"
+    )
 
 
 def tell_faults(recording: "Recording", role: str | None, start: float, stop: float) -> None:

@@ -11,15 +11,4 @@ from shakerproc.documents.document import (
     misplaced,
     read_document,
 )
-from shakerproc.documents.tree import DocumentPlace, Key
-
-__all__ = [
-    "Document",
-    "DocumentPlace",
-    "FromList",
-    "Key",
-    "Section",
-    "kind_of_file",
-    "misplaced",
-    "read_document",
-]
+from shakerproc.documents.tree import Key

@@ -15,19 +15,6 @@ if TYPE_CHECKING:
     from shakerproc.executors.processes import Limits, ProcessExecutor, ThreadExecutor
 
 
-__all__ = [
-    "AbstractExecutor",
-    "Cause",
-    "ClusterExecutor",
-    "Limits",
-    "ProcessExecutor",
-    "Task",
-    "TaskOutcome",
-    "ThreadExecutor",
-    "Work",
-    "limited_memory",
-]
-
 Work: TypeAlias = Callable[[Any], Mapping[str, Any]]
 """A function at the top of a module: from a picklable argument to what JSON can hold."""
 

@@ -8,14 +8,3 @@ from shakerproc.forecasts.forecast import (
     forecast_tests,
 )
 from shakerproc.forecasts.quantities import Quantity
-
-__all__ = [
-    "CampaignForecast",
-    "ModelEvidence",
-    "Quantity",
-    "TestForecast",
-    "document_of",
-    "forecast_tests",
-    "headline",
-    "sentences",
-]

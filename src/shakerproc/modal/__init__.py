@@ -1,23 +1,6 @@
 """Modal analysis, arrays in and arrays out: poles, stabilisation, residues, shapes, MAC."""
 
 from shakerproc.modal.identification import identify_functions, identify_samples
-from shakerproc.modal.modal_model import ModalFit, ModeSet, Settings, response_functions
+from shakerproc.modal.modal_model import ModeSet, Settings, response_functions
 from shakerproc.modal.output_only import identify_output_only
 from shakerproc.modal.shapes import mac, normalised, phase_collinearity
-from shakerproc.modal.stabilisation import Diagram, damping_of, frequency_of
-
-__all__ = [
-    "Diagram",
-    "ModalFit",
-    "ModeSet",
-    "Settings",
-    "damping_of",
-    "frequency_of",
-    "identify_functions",
-    "identify_output_only",
-    "identify_samples",
-    "mac",
-    "normalised",
-    "phase_collinearity",
-    "response_functions",
-]

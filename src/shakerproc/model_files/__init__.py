@@ -1,12 +1,7 @@
 """YAML model files in and out, comments and order kept."""
 
 from shakerproc.model_files.editing import NewNumbers, add_element, change_parameters
-from shakerproc.model_files.effect_files import (
-    EffectSource,
-    effect_hashes,
-    load_effects,
-    used_effects,
-)
+from shakerproc.model_files.effect_files import EffectSource, load_effects, used_effects
 from shakerproc.model_files.reading import ModelFile, read_model, read_model_file
 from shakerproc.model_files.writing import (
     Provenance,
@@ -15,21 +10,3 @@ from shakerproc.model_files.writing import (
     structure_text,
     write_model,
 )
-
-__all__ = [
-    "EffectSource",
-    "ModelFile",
-    "NewNumbers",
-    "Provenance",
-    "add_element",
-    "change_parameters",
-    "effect_hashes",
-    "element_text",
-    "load_effects",
-    "model_text",
-    "read_model",
-    "read_model_file",
-    "structure_text",
-    "used_effects",
-    "write_model",
-]

@@ -3,26 +3,7 @@
 from shakerproc.models.conditions import NO_CONDITIONS, Conditions, Scale
 from shakerproc.models.effects import EFFECTS
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect, Parameter
-from shakerproc.models.faults import FAULTS, AbstractFault
+from shakerproc.models.faults import FAULTS
 from shakerproc.models.model import BASE, Element, Excitation, Model, Sensor
 from shakerproc.models.structure import Mode
 from shakerproc.models.tabulated import AbstractSampledEffect
-
-__all__ = [
-    "BASE",
-    "EFFECTS",
-    "FAULTS",
-    "NO_CONDITIONS",
-    "AbstractEffect",
-    "AbstractFault",
-    "AbstractMemorylessEffect",
-    "AbstractSampledEffect",
-    "Conditions",
-    "Element",
-    "Excitation",
-    "Mode",
-    "Model",
-    "Parameter",
-    "Scale",
-    "Sensor",
-]

@@ -42,6 +42,10 @@ class Law(IntEnum):
     HERTZ = 18  # s k d^1.5 (1 + c s v) where d = s (z - a) > 0, and where that is not below 0
 
 
+WITH_STATE: Final = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SERIES})
+"""Laws with a state of their own; `largest_state` says how large it grows."""
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Row:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.models.effects.base import AbstractMemorylessEffect, Switch
+from shakerproc.models.effects.base import AbstractMemorylessEffect
 from shakerproc.models.laws import Law, Row
 
 NEAREST: Final = (1e-8, 1e-6)
@@ -234,9 +234,6 @@ class AbstractSampledEffect(AbstractMemorylessEffect):
         by_displacement = sum(t.value(displacement, velocity, (1, 0)) for t in tables)
         by_velocity = sum(t.value(displacement, velocity, (0, 1)) for t in tables)
         return np.asarray(by_displacement), np.asarray(by_velocity)
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     def rows(self) -> tuple[Row, ...]:
         return tuple(table.row() for table in tables_of(self))

@@ -19,7 +19,7 @@ from shakerproc.recordings.health.base import FAULTS, Flag
 from shakerproc.recordings.opening import READERS, contents, open_recording
 from shakerproc.recordings.raw import Sampling
 from shakerproc.recordings.si import UNKNOWN
-from shakerproc.recordings.source_files import WatchedFile, fetch, is_url, read_hashed, sha256
+from shakerproc.recordings.source_files import WatchedFile, fetch, read_hashed, sha256
 
 if TYPE_CHECKING:
     from shakerproc.recordings.writers import (
@@ -31,38 +31,8 @@ if TYPE_CHECKING:
         write_uff,
     )
 
-__all__ = [
-    "ANOTHER_GROUP",
-    "FAULTS",
-    "MOST_CLIPPED",
-    "MOST_LOST",
-    "READERS",
-    "UNKNOWN",
-    "WRITERS",
-    "ChannelNotFoundError",
-    "FilePart",
-    "Flag",
-    "Sampling",
-    "WatchedFile",
-    "contents",
-    "fetch",
-    "file_flags",
-    "health",
-    "is_url",
-    "open_recording",
-    "read_hashed",
-    "sha256",
-    "unusable",
-    "within",
-    "write_csv",
-    "write_mat",
-    "write_parquet",
-    "write_tdms",
-    "write_uff",
-]
-
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
+    if name != "WRITERS" and not name.startswith("write_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return loaded(f"shakerproc.recordings.writers:{name}")

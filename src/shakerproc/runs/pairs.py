@@ -22,8 +22,7 @@ from shakerproc.runs.result import (
 from shakerproc.runs.roles import row_asked_for
 from shakerproc.runs.tables import spelled_ratio
 from shakerproc.spectra import CrossSpectra, Damping, Peak, SpectralLine
-from shakerproc.spectra.responses import estimators
-from shakerproc.spectra.responses.estimators import audible
+from shakerproc.spectra.responses import NOTCH_BINS, audible, driven, excited
 from shakerproc.testlog import ResponseFunction, Test
 
 SINGLE_FREQUENCY: Final = ("sine",)
@@ -52,14 +51,14 @@ class Search:
         `control` is a density [unit²/Hz].
         """
         frequency = self.spectra.frequency
-        there = estimators.driven(frequency, control, self.judged)
-        return there if there.any() else estimators.excited(frequency, self.judged)
+        there = driven(frequency, control, self.judged)
+        return there if there.any() else excited(frequency, self.judged)
 
     @property
     def judged(self) -> tuple[float, float]:
         """Where controls and responses can be compared [Hz]: the band, or near the tone."""
         if self.one_frequency and self.test.frequency_hz is not None:
-            reach = estimators.NOTCH_BINS * self.spectra.bin_width
+            reach = NOTCH_BINS * self.spectra.bin_width
             return max(0.0, self.test.frequency_hz - reach), self.test.frequency_hz + reach
         return self.band
 
@@ -87,7 +86,7 @@ def against_controls(
         return None
     cross = search.spectra
     density = spectra.psd(cross)[list(controls)].mean(axis=0)
-    there = estimators.audible(cross.frequency, density, search.judged)
+    there = audible(cross.frequency, density, search.judged)
     return Responses(
         h1=np.where(there, spectra.h1(cross, controls, responses), np.nan),
         h2=np.where(there, spectra.h2(cross, controls, responses), np.nan),

@@ -289,11 +289,6 @@ class RunResult:
         return f"{self.duration:.2f} of {self.promised_duration:.2f} s"
 
 
-def names(channels: Sequence[Channel], rows: Sequence[int]) -> list[str]:
-    """Return the names of some of the channels."""
-    return [channels[i].name for i in rows]
-
-
 def forces_of(channels: Sequence[Channel]) -> tuple[int, ...]:
     """Return the rows of the forces that drive a run without a control, none with one."""
     roles = [channel.role for channel in channels]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError, SimulationError
 from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
-from shakerproc.models.laws import Law, Row, curve_back, largest_state
+from shakerproc.models.laws import WITH_STATE, Law, Row, curve_back, largest_state
 from shakerproc.models.model import Model
 from shakerproc.numerals import numeral
 from shakerproc.simulation.kernels.branches import set_propagators, set_rates_and_events
@@ -33,7 +33,6 @@ from shakerproc.simulation.kernels.table import (
     room_for_series,
 )
 
-_WITH_STATE = frozenset({Law.LUGRE, Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.SERIES})
 _POWERS = frozenset({Law.ODD_POWER, Law.EVEN_POWER, Law.POWER_DAMPING, Law.BOUC_WEN})
 _HIGHEST_POWER = 63.0
 
@@ -150,7 +149,7 @@ def _machine(linear: Coordinates, lines: Sequence[Line]) -> Machine:
         values[i, : len(numbers)] = numbers
         tables.append(more)
         table[i, LAW], joints[i] = row.law, linear.across((between[0], between[1]))
-        if row.law in _WITH_STATE:
+        if row.law in WITH_STATE:
             table[i, MEMORY] = n_states
             n_states += 1
     with_stack = any(row.law is Law.IWAN for row, _, _ in lines)

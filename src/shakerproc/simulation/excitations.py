@@ -84,10 +84,6 @@ def logarithmic_sweep(
         Octaves in a minute, above 0 whatever the direction [oct/min].
     amplitude, phase : float
         Amplitude [m/s^2 or N], and phase at time 0 [rad].
-
-    See Also
-    --------
-    sweep_duration : how long it takes.
     """
     checks.positive("first", first, "Hz")
     checks.positive("last", last, "Hz")
@@ -100,22 +96,6 @@ def logarithmic_sweep(
         return result
 
     return signal
-
-
-def sweep_duration(first: float, last: float, rate: float) -> float:
-    """Return how long a logarithmic sweep takes [s].
-
-    Parameters
-    ----------
-    first, last : float
-        Frequencies at both ends [Hz].
-    rate : float
-        Octaves in a minute [oct/min].
-    """
-    checks.positive("first", first, "Hz")
-    checks.positive("last", last, "Hz")
-    checks.positive("rate", rate, "oct/min")
-    return abs(math.log2(last / first)) / rate * 60.0
 
 
 def stepped_sine(frequencies: Sequence[float], cycles: int, amplitude: float) -> Signal:

@@ -1,20 +1,265 @@
-"""Free runs of one model: whole tests or windows of them, all in one call."""
+"""Free runs of one model: whole tests or windows of them, all in one call.
+
+The compiled stepper carries the windows of one test piece by piece.
+"""
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final, final
+from typing import Final, TypeAlias, final
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
+from shakerproc.errors import SimulationError
 from shakerproc.models.model import Model
 from shakerproc.models.validation import check_unscaled
-from shakerproc.simulation.assembly import System, assemble
+from shakerproc.simulation.assembly import System, assemble, build_store
 from shakerproc.simulation.inputs import Input
-from shakerproc.simulation.kernels.windows import Nudges
-from shakerproc.simulation.response import impose
-from shakerproc.simulation.walking import Placed, Walk
+from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
+from shakerproc.simulation.kernels.dop853 import WORK_ROWS
+from shakerproc.simulation.kernels.table import Series, Store, room_for_series
+from shakerproc.simulation.kernels.windows import Nudges, walk_windows
+from shakerproc.simulation.response import dop853_tableau, impose, least_sizes
+from shakerproc.simulation.window_sensing import WindowMotion, base_motion, has_jumps, sense
+
+ROWS: Final = 2**15
+"""Samples after which the stepper returns, so that memory is bounded and Ctrl-C is heard."""
+
+PATIENCE: Final = 3e4
+"""Steps around switchings after which it returns in any case; so many take 0.1 s or so."""
+
+MOST_PARTS: Final = 300
+"""Parts of a sample, by the fastest rate of a linear branch, past which a run has failed: such
+a model takes a hundred times as long as any that a measurement tells from a rigid one."""
+
+Whole: TypeAlias = NDArray[np.int64]
+Places: TypeAlias = Whole | slice
+
+_LARGEST: Final[WeakKeyDictionary[Input, float]] = WeakKeyDictionary()
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Windows of one test, and where they stand among the samples of all.
+
+    Attributes
+    ----------
+    first, count, offset : (n,) array of int
+        First sample in the test, number of samples, and place of the first in the results.
+    rows : (n,) array of int
+        Samples that are simulated: one more than wanted, for means over intervals, if the test
+        goes on.
+    """
+
+    first: Whole
+    count: Whole
+    offset: Whole
+    rows: Whole
+
+    def place_of(self, begin: int, stop: int) -> Whole:
+        """Return how far into their windows the rows from begin to stop are [samples]."""
+        rows = np.arange(begin, stop)
+        ends = np.cumsum(self.rows)
+        which = np.searchsorted(ends, rows, "right")
+        return np.asarray(rows - (ends - self.rows)[which])
+
+    def between(self, begin: int, stop: int, ready: int) -> tuple[Places, Places, Places]:
+        """Return samples and places of the rows from begin to stop of all windows together.
+
+        Parameters
+        ----------
+        ready : int
+            How many of them are not to be kept for the next time.
+
+        Returns
+        -------
+        samples : slice or (stop - begin,) array of int
+            The sample of the test that each is.
+        wanted, places : slice or (n,) array of int
+            Which of them are results, and where these go.
+        """
+        ends = np.cumsum(self.rows)
+        low = int(np.searchsorted(ends, begin, "right"))
+        high = int(np.searchsorted(ends, stop, "left")) + 1
+        begins = ends[low:high] - self.rows[low:high]
+        if high == low + 1:
+            place = begin - int(begins[0])
+            sample, at = int(self.first[low]) + place, int(self.offset[low]) + place
+            kept = max(0, min(ready, int(self.count[low]) - place))
+            return slice(sample, sample + stop - begin), slice(0, kept), slice(at, at + kept)
+        counts = np.minimum(ends[low:high], stop) - np.maximum(begins, begin)
+        which = np.repeat(np.arange(low, high), counts)
+        place_of = np.arange(begin, stop) - np.repeat(begins, counts)
+        wanted = np.flatnonzero(place_of[:ready] < self.count[which[:ready]])
+        return (
+            self.first[which] + place_of, wanted,
+            self.offset[which[wanted]] + place_of[wanted],
+        )  # fmt: skip
+
+
+@final
+class Walk:
+    """A model, ready to be carried through windows of tests.
+
+    Parameters
+    ----------
+    model, system : Model, System
+        What is shaken, and the same assembled.
+    tolerance : float
+        Error of a step as a share of the largest motion so far [-].
+    plain : bool
+        Whether mean accelerations keep what folds back of jumps.
+    """
+
+    def __init__(
+        self, model: Model, system: System, tolerance: float, *, plain: bool = False
+    ) -> None:
+        self._model, self._system, self._tolerance = model, system, tolerance
+        self._jumps = not plain and has_jumps(model)
+        self._rooms: dict[tuple[float, int], _Room | None] = {}
+
+    def fill(
+        self, given: Input, placed: Placed, starts: FloatArray, flat: FloatArray, *,
+        means: bool, nudges: Nudges | None = None, nudged: FloatArray | None = None,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Set the signals of sensors in windows of one test; return which of them failed.
+
+        Parameters
+        ----------
+        given : Input
+            What shakes the model in that test.
+        placed : Placed
+            The windows.
+        starts : (n, n_motions) array
+            WindowMotion at the first sample of each [m, m/s].
+        flat : (n_sensors, any) array
+            Set, where the windows stand in it [units of the sensors].
+        means : bool
+            Whether accelerations are means over intervals.
+        nudges : Nudges, optional
+            What the motion is held to.
+        nudged : (2 n, any) array, optional
+            Set to how far each displacement [m] and velocity [m/s] is nudged.
+        """
+        held = free(self._system) if nudges is None else nudges
+        room = self._room(given)
+        if room is None:
+            return np.ones(placed.first.size, np.bool_)
+        base, rate = base_motion(self._model, given), given.sample_rate
+        windows = np.stack((placed.first, placed.rows), axis=1)
+        cursor, failed = np.zeros(4, np.int64), np.zeros(len(windows), np.bool_)
+        done, seen, total = 0, 0, int(np.sum(placed.rows))
+        while done < total:
+            kept = min(seen, 1)
+            new = self._advance(
+                room, given, windows, starts, cursor=cursor, failed=failed, kept=kept,
+                nudges=held,
+            )  # fmt: skip
+            done, seen = done + new, kept + new
+            ready = seen - (done < total)  # a mean needs the next sample as well
+            samples, wanted, places = placed.between(done - seen, done, ready)
+            moved = None
+            if nudges is not None:
+                moved = _moved(nudges, room.motion[:seen], samples)
+                place = placed.place_of(done - seen, done)
+                moved[(place == 0) | (place > nudges.lead)] = 0.0
+            motion = WindowMotion(
+                room.motion[:seen], room.acceleration[:seen], samples, base, self._jumps,
+                moved, rate,
+            )  # fmt: skip
+            recorded = sense(self._model, self._system, motion, rate, means=means)
+            flat[:, places] = recorded[:, wanted]
+            if nudged is not None and moved is not None:
+                nudged[:, places] = moved[wanted].T
+            room.motion[0] = room.motion[seen - 1]
+            room.acceleration[0] = room.acceleration[seen - 1]
+        return failed
+
+    def _room(self, given: Input) -> "_Room | None":
+        """Return the room for tests of this sample rate; None for a model that is too stiff."""
+        degree = given.pieces.shape[1] - 1
+        if (given.part, degree) not in self._rooms:
+            store = _store(self._system, given.part, degree)
+            room = None if store is None else _room_for(self._system, store, degree)
+            self._rooms[given.part, degree] = room
+        return self._rooms[given.part, degree]
+
+    def _advance(
+        self, room: "_Room", given: Input, windows: Whole, starts: FloatArray, *,
+        cursor: Whole, failed: NDArray[np.bool_], kept: int, nudges: Nudges,
+    ) -> int:  # fmt: skip
+        """Carry the windows on by as many rows as there is room, or fewer; return how many."""
+        system = self._system
+        least = np.zeros(system.n_motions)
+        own = least_sizes(system.machine, given, _largest(given))
+        least[: own.size] = own
+        return walk_windows(
+            system.machine, room.store, system.analytic, dop853_tableau(), given.pieces,
+            given.part, given.stride, windows, starts, least, self._tolerance,
+            room.series, room.steps, room.carried, room.work, cursor, failed,
+            room.motion[kept:], room.acceleration[kept:], np.zeros(7),
+            PATIENCE / len(system.names) ** 2, nudges,
+        )  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Room:
+    """Propagators of a model, and the arrays that the compiled stepper writes to."""
+
+    store: Store
+    series: Series
+    steps: FloatArray
+    carried: Carried
+    work: FloatArray
+    motion: FloatArray
+    acceleration: FloatArray
+
+
+def free(system: System) -> Nudges:
+    """Return the nudges of a run that is free: none."""
+    n = 2 * len(system.names)
+    return Nudges(np.zeros((0, 0)), np.zeros((0, n)), np.zeros((n, 0)), 0, np.zeros(0))
+
+
+def _moved(nudges: Nudges, rows: FloatArray, samples: Places) -> FloatArray:
+    """Return how far each row of a motion is nudged, (n_rows, 2 n) array."""
+    seen = rows[:, : nudges.sees.shape[1]] @ nudges.sees.T
+    moved: FloatArray = (nudges.measured[samples] - seen) @ nudges.gain.T
+    return moved
+
+
+def _room_for(system: System, store: Store, degree: int) -> _Room:
+    n, n_lines, n_y = system.machine.mass.size, len(system.machine.lines), system.n_motions
+    return _Room(
+        store,
+        room_for_series(system.machine, system.n_states),
+        np.zeros((4, n_y + n + 4 * n_lines + degree + 33)),
+        room_to_carry(n_y, store.push.shape[2], degree),
+        np.zeros((WORK_ROWS, n_y + 2 * n_lines + 1)),
+        np.zeros((ROWS + 1, n_y)),
+        np.zeros((ROWS + 1, n + len(system.machine.reading))),
+    )
+
+
+def _store(system: System, part: float, degree: int) -> Store | None:
+    """Return the propagators of a model, or None for one that is too stiff to be carried."""
+    try:
+        store = build_store(system.machine, part, degree, carry=True)
+    except (SimulationError, np.linalg.LinAlgError):
+        return None
+    return store if np.max(store.parts, initial=1) <= MOST_PARTS else None
+
+
+def _largest(given: Input) -> float:
+    """Return the largest input [m/s^2 or N]."""
+    if given not in _LARGEST:
+        _LARGEST[given] = float(np.max(np.abs(given.pieces[:, 0])))
+    return _LARGEST[given]
+
 
 TOLD_APART: Final = 0.01
 """Share of the best told motion below which a combination of sensors tells none: gains are

@@ -27,7 +27,7 @@ from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEff
 from shakerproc.models.model import BASE, Measures, Model
 from shakerproc.simulation.assembly import System
 from shakerproc.simulation.inputs import Input
-from shakerproc.simulation.simulation import integrated
+from shakerproc.simulation.response import integrated
 
 HALF: Final = 12
 """Samples on each side of the middle of an interval that tell its second differences [-]."""

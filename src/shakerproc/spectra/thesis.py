@@ -10,7 +10,7 @@ from shakerproc.data import STANDARD_GRAVITY, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.crop import Crop, crop_by_threshold
 from shakerproc.spectra.peaks.finding import thesis_peaks
-from shakerproc.spectra.responses.estimators import coherence, psd_ratio
+from shakerproc.spectra.responses import coherence, psd_ratio
 from shakerproc.spectra.tones.notch_filters import thesis_notch
 from shakerproc.spectra.welch.cross import CrossSpectra, Detrend, psd
 from shakerproc.spectra.welch.engine import cross_spectra

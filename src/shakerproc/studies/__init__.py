@@ -16,22 +16,8 @@ from shakerproc.executors import AbstractExecutor, Task, ThreadExecutor
 from shakerproc.studies.kinds import KINDS
 from shakerproc.studies.kinds.base import JobFinding, StudyJob, jobs_of
 from shakerproc.studies.reading import read_study
-from shakerproc.studies.results import Columns, StudyImage, StudyLine, StudyPanel, StudyResult
+from shakerproc.studies.results import StudyResult
 from shakerproc.studies.study import Measure, Study, StudyRun, Variation
-
-__all__ = [
-    "Columns",
-    "Measure",
-    "Study",
-    "StudyImage",
-    "StudyLine",
-    "StudyPanel",
-    "StudyResult",
-    "StudyRun",
-    "Variation",
-    "read_study",
-    "run_study",
-]
 
 LAYOUT = 2
 """Of the files that keep what a job found: columns, quantities and resolutions."""

@@ -10,7 +10,7 @@ from shakerproc.data import FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
 from shakerproc.simulation import SimulatedResponse, simulate
-from shakerproc.simulation.simulation import CHAOTIC_GROWTH
+from shakerproc.simulation.response import CHAOTIC_GROWTH
 from shakerproc.spectra import cross_spectra, periodogram, psd
 from shakerproc.spectra.peaks.finding import local_maxima
 from shakerproc.studies.study import Measure, Quantity, StudyRun

@@ -17,57 +17,21 @@ from shakerproc.testlog.excitation import (
     level_of,
     threshold_of,
 )
-from shakerproc.testlog.header import ChosenUnits, Shaker, Specimen, chosen_units
+from shakerproc.testlog.header import ChosenUnits, Shaker, chosen_units
 from shakerproc.testlog.log import TestLog, facts_of
 from shakerproc.testlog.one_test import Expectation, Test, check_expectation, nominal_duration
 from shakerproc.testlog.processing import (
-    Crop,
     Modal,
-    NotchFilter,
     Peaks,
     Processing,
     ResponseFunction,
     ThresholdCrop,
     TimeCrop,
-    Tolerance,
     Welch,
 )
 
 if TYPE_CHECKING:
     from shakerproc.testlog.reading import read_testlog
-
-__all__ = [
-    "BROADBAND",
-    "PULSES",
-    "ChosenUnits",
-    "Crop",
-    "Excitation",
-    "Expectation",
-    "Hammer",
-    "Modal",
-    "Multisine",
-    "NotchFilter",
-    "Peaks",
-    "Processing",
-    "Profile",
-    "ProfileNotch",
-    "ResponseFunction",
-    "Shaker",
-    "Specimen",
-    "Test",
-    "TestLog",
-    "ThresholdCrop",
-    "TimeCrop",
-    "Tolerance",
-    "Welch",
-    "check_expectation",
-    "chosen_units",
-    "facts_of",
-    "level_of",
-    "nominal_duration",
-    "read_testlog",
-    "threshold_of",
-]
 
 
 def __getattr__(name: str) -> Any:

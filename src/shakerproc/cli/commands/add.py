@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from shakerproc import files
-from shakerproc.cli import messages, options, output
+from shakerproc.cli import options, output
 from shakerproc.cli.commands.effects import complete_kind
 from shakerproc.numerals import numeral
 
@@ -101,7 +101,7 @@ def add(
         once.message(note)
     found.save(new, modes=modes)
     _tell(effect, found.added, new, json)
-    messages.say("see whether the error has fallen", json, "compare", new, testlog)
+    output.next_step("see whether the error has fallen", "compare", new, testlog)
 
 
 def _pairs(given: list[str]) -> dict[str, str]:
@@ -116,13 +116,12 @@ def _tell(effect: str, added: "Added", new: Path, json: str | None) -> None:
     held = added.errors.held_out
     output.data(
         f"{effect} between {' and '.join(added.element.between)}: held-out error "
-        f"{numeral(held.before)} -> {numeral(held.after)}, written to {new}",
-        json_target=json,
+        f"{numeral(held.before)} -> {numeral(held.after)}, written to {new}"
     )
     rows = [[name, *p.row] for name, p in added.parameters.items()]
     if rows:
         columns = ["parameter", *ESTIMATE_COLUMNS]
-        output.print_table(columns, rows, json_target=json)
+        output.print_table(columns, rows)
     output.write_json(
         {
             "schema": "shakerproc-add/1",

@@ -175,33 +175,31 @@ def batch(
         )
         document = write_up(log.title, campaign, root, wish)
         if modal or model is not None:
-            further = _modes(log, root, json, figures=written.figures) if modal else []
+            further = _modes(log, root, figures=written.figures) if modal else []
             document = _with_more(
                 model, log, campaign, root, wish, recordings=recordings, further=further
             )
     output.write_json(document, json)
-    tell(campaign, document, root, json)
+    tell(campaign, document, root)
     output.print_if(pdf, root / "report.html")
-    _end(campaign, None if model is not None else testlog, json)
+    _end(campaign, None if model is not None else testlog)
 
 
-def _end(campaign: "CampaignResult", to_compare: Path | None, json: str | None) -> None:
+def _end(campaign: "CampaignResult", to_compare: Path | None) -> None:
     """Print the next step for a log without a comparison; end with the status."""
     states = {run.status for run in campaign.runs}
     if to_compare is not None and "done" in states:
-        messages.after_batch(to_compare, json)
+        messages.after_batch(to_compare)
     if "failed" in states:
         output.finish(1)
 
 
-def _modes(
-    log: "TestLog", root: Path, json: str | None, *, figures: bool
-) -> "list[ReportSection]":
+def _modes(log: "TestLog", root: Path, *, figures: bool) -> "list[ReportSection]":
     """Return the section of the modes, which are found, written and told."""
     from shakerproc.cli.batch_output import modes_of_batch
     from shakerproc.report.modal.sections import section_of_modes
 
-    return [section_of_modes(modes_of_batch(log, root, json, figures=figures))]
+    return [section_of_modes(modes_of_batch(log, root, figures=figures))]
 
 
 def _with_more(
@@ -245,7 +243,6 @@ def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> No
         If a column is unknown, or series are asked for without a trend.
     """
     from shakerproc.campaign.trends import column_of
-    from shakerproc.errors import LogError
     from shakerproc.testlog import facts_of
 
     if by and not trend:
@@ -253,10 +250,8 @@ def _check_trends(log: "TestLog", trend: Sequence[str], by: Sequence[str]) -> No
     known = list(dict.fromkeys(name for test in log.tests for name in facts_of(test)))
     for option, names in (("--trend", trend), ("--by", by)):
         for name in names:
-            try:
+            with options.refused(option):
                 column_of(name, known)
-            except LogError as error:
-                raise typer.BadParameter(str(error), param_hint=option) from error
 
 
 def _check_channel(log: "TestLog", channel: str | None) -> None:
@@ -268,7 +263,6 @@ def _check_channel(log: "TestLog", channel: str | None) -> None:
         If there is none.
     """
     from shakerproc.campaign.trends import chosen_channel
-    from shakerproc.errors import LogError
 
     used = [use for test in log.active for use in test.channels if use.role != "ignore"]
     names = list(dict.fromkeys(use.name or str(use.key) for use in used))
@@ -276,10 +270,8 @@ def _check_channel(log: "TestLog", channel: str | None) -> None:
     if channel is None or by_file or not all(test.channels for test in log.active):
         return  # only the files know the names
     if names and not any(channel in name for name in names):
-        try:
+        with options.refused("--channel"):
             chosen_channel(channel, names)
-        except LogError as error:
-            raise typer.BadParameter(str(error), param_hint="--channel") from error
 
 
 def _words(text: str) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import options, output
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,15 +57,12 @@ def check(
     if against is None:
         _check_profiles(table, json)
         return
-    from shakerproc.campaign.agreement import agreement, read_table
-    from shakerproc.campaign.keeping import expired_notes
+    from shakerproc.campaign.agreement import agreement, expired_notes, read_table
 
     wanted = _tolerances(columns, tolerance)
     found, reference = (read_table(_file_of(path)) for path in (table, against))
-    try:
+    with options.refused("--tolerance"):
         result = agreement(found, reference, wanted)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--tolerance") from error
     reasons = {test: _reason(found, test) for test in result.missing}
     output.write_json(
         {
@@ -83,23 +80,23 @@ def check(
     )
     for deviation in result.deviations:
         text = _line(deviation, wanted[deviation.column])
-        output.data(text, json_target=json)
+        output.data(text)
     for test, why in reasons.items():
         text = f"test {test}: missing from {found.path}, wanted by {reference.path}{why}"
-        output.data(text, json_target=json)
+        output.data(text)
     for note in dict.fromkeys((*found.notes, *reference.notes, *expired_notes(found.path))):
         output.message(f"note: {note}")
     for test in result.added:
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
     told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
-    output.data(told, json_target=json)
+    output.data(told)
     if not result.holds:
         output.finish(1)
 
 
 def _check_profiles(table: Path, json: str | None) -> None:
     """Print every line of a profile that was broken or could not be judged."""
-    from shakerproc.campaign.keeping import expired_notes, profiles_kept
+    from shakerproc.campaign.agreement import expired_notes, profiles_kept
 
     result = profiles_kept(table)
     output.write_json(
@@ -115,14 +112,14 @@ def _check_profiles(table: Path, json: str | None) -> None:
         json,
     )
     for line in result.broken:
-        output.data(line.sentence, json_target=json)
+        output.data(line.sentence)
     for one in result.worst:
-        output.data(one.sentence, json_target=json)
+        output.data(one.sentence)
     for test, why in result.missing.items():
-        output.data(f"test {test}: not judged: {why}", json_target=json)
+        output.data(f"test {test}: not judged: {why}")
     for note in expired_notes(result.path):
         output.message(f"note: {note}")
-    output.data(result.sentence, json_target=json)
+    output.data(result.sentence)
     if not result.holds:
         output.finish(1)
 
@@ -164,10 +161,8 @@ def _tolerances(columns: str, tolerance: str) -> "dict[str, ColumnTolerance]":
             note = former_note(name, "--columns")
             if note:
                 output.message(f"note: {note}")
-            try:
+            with options.refused(hint):
                 wanted[present_name(name)] = read_tolerance(own or tolerance)
-            except ValueError as error:
-                raise typer.BadParameter(str(error), param_hint=hint) from error
     if not wanted:
         raise typer.BadParameter(
             "name a column, such as peak_frequency", param_hint="--columns"

@@ -133,12 +133,12 @@ def compare(
         page = _write(folder, found, document, campaign.title, evidence, figures=figures)
         _write_modes(folder, compared.modes)
     output.write_json(document, json)
-    _print(found, folder, json, once)
-    _print_modes(compared.modes, folder, json)
-    output.data(sentence(found), json_target=json)
+    _print(found, folder, once)
+    _print_modes(compared.modes, folder)
+    output.data(sentence(found))
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    messages.after_comparing(model, log, json, explained=explained(found))
+    messages.after_comparing(model, log, explained=explained(found))
 
 
 def _functions(
@@ -176,14 +176,13 @@ def _functions(
         FUNCTION_COLUMNS,
         compared.rows,
         title="Response functions, measured and of the model",
-        json_target=json,
         elsewhere=str(folder / "functions.csv"),
     )
     if found.modes is not None and mode_rows(found.modes):
-        _print_modes(found.modes, folder, json)
+        _print_modes(found.modes, folder)
     for note in found.notes:
         output.message(f"note: {note}")
-    output.data(found.sentence, json_target=json)
+    output.data(found.sentence)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 
@@ -218,11 +217,10 @@ def _decays(
         _DECAY_SHOWN,
         [tuple(row[key] for key in _DECAY_KEYS) for row in compared.rows],
         title="Free decays, measured less model",
-        json_target=json,
         elsewhere=str(folder / "decay_differences.csv"),
     )
     for text in compared.sentences:
-        output.data(f"{text[0].upper()}{text[1:]}", json_target=json)
+        output.data(f"{text[0].upper()}{text[1:]}")
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 
@@ -262,7 +260,7 @@ def _write_modes(folder: Path, modes: "ComparedModes | None") -> None:
         files.write_csv(folder / name, columns)
 
 
-def _print_modes(modes: "ComparedModes | None", folder: Path, json: str | None) -> None:
+def _print_modes(modes: "ComparedModes | None", folder: Path) -> None:
     """Print the modes of test and model, and how far they are apart."""
     from shakerproc.comparison.document import mode_rows
 
@@ -272,12 +270,11 @@ def _print_modes(modes: "ComparedModes | None", folder: Path, json: str | None) 
         ("measured [Hz]", "model [Hz]", "difference [%]", "zeta measured", "zeta model", "MAC"),
         [row[:6] for row in mode_rows(modes)],
         title=f"Modes of test {modes.test} and of the linear part of the model",
-        json_target=json,
         elsewhere=str(folder / "modes.csv"),
     )
-    output.data(modes.sentence, json_target=json)
+    output.data(modes.sentence)
     if modes.shapes is not None:
-        output.data(modes.shapes.sentence, json_target=json)
+        output.data(modes.shapes.sentence)
 
 
 def _names(old: str, new: str, *, fit: bool) -> tuple[str, str]:
@@ -299,7 +296,7 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
     }
 
 
-def _print(found: "Comparison", folder: Path, json: str | None, once: output.Once) -> None:
+def _print(found: "Comparison", folder: Path, once: output.Once) -> None:
     """Print the errors of every test, and the notes that were not printed yet."""
     from shakerproc.runs.summary import by_tests
 
@@ -316,12 +313,11 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
         _SHOWN,
         rows,
         title="Errors: residual rms over measured rms",
-        json_target=json,
         spare=("model gain", "gain", "level"),
         elsewhere=str(folder / "errors.csv"),
     )
     if found.refit is not None:
-        _print_fit(found.refit, json)
+        _print_fit(found.refit)
     for line in by_tests((test.measured.name, test.measured.remarks) for test in found.tests):
         output.message(line)
     for text in (*found.left_out, *found.warnings):
@@ -339,7 +335,7 @@ def _print(found: "Comparison", folder: Path, json: str | None, once: output.Onc
             )
 
 
-def _print_fit(fitted: "Refit", json: str | None) -> None:
+def _print_fit(fitted: "Refit") -> None:
     output.print_table(
         ("element", "between", "number", "before", "fitted", "low", "high", "unit"),
         [
@@ -347,7 +343,6 @@ def _print_fit(fitted: "Refit", json: str | None) -> None:
             for p in fitted.parameters
         ],
         title=f"Fitted to test {', '.join(fitted.tests)}, 95 % intervals",
-        json_target=json,
     )
     for p in fitted.parameters:
         if p.at_bound:

@@ -91,9 +91,7 @@ def convert(
 
     A recording keeps its units; modes are written in SI.
     """
-    from shakerproc.exchange.modes import WRITERS as MODE_WRITERS
-    from shakerproc.model_files.schema import YAML
-    from shakerproc.recordings import WRITERS, open_recording
+    from shakerproc.recordings import open_recording
     from shakerproc.workflows.mode_sets import ModeOptions, is_of_modes
 
     if out.exists() and out.samefile(recording):
@@ -105,13 +103,7 @@ def convert(
         given = ModeOptions(mass_unit, length_unit, damping_ratio, direction, at, sensors)
         _convert_modes(recording, out, given)
         return
-    write = WRITERS.get(out.suffix.lower())
-    if write is None:
-        raise typer.BadParameter(
-            f"no format {out.suffix or out.name!r}; shakerproc writes recordings as "
-            f"{', '.join(WRITERS)} and modes as {', '.join((*YAML, *MODE_WRITERS))}",
-            param_hint="OUT",
-        )
+    write = output.writer_of(out, modes=True)
     with open_recording(
         recording,
         part=reading.part(),
@@ -119,14 +111,7 @@ def convert(
         bad_rows=reading.rows(),
     ) as opened:
         write(out, opened)
-        for note in opened.notes:
-            output.message(f"note: {note}")
-        if opened.incomplete:
-            output.warning(f"{recording.name} is incomplete, and so is {out.name}")
-        output.message(
-            f"{out}: {len(opened.channels)} channels, {opened.n_samples} samples at "
-            f"{opened.sample_rate:.9g} Hz"
-        )
+        output.tell_written(out, opened)
 
 
 def _refuse(context: typer.Context, names: tuple[str, ...], of: str) -> None:

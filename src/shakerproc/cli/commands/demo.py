@@ -27,13 +27,13 @@ def demo(
     """Process sample recordings, then find a hidden gap."""
     from shakerproc.cli.messages import announce, compiled_ahead
 
-    announce()
     with compiled_ahead() as wait_for_compiler:
-        everyday = _everyday(folder / "everyday", figures=figures, json=json)
-        output.data("\n2. The loop: a gap hidden in a simulated campaign", json_target=json)
+        announce()
+        everyday = _everyday(folder / "everyday", figures=figures)
+        output.data("\n2. The loop: a gap hidden in a simulated campaign")
         wait_for_compiler()
         with ExitStack() as drawings:
-            loop = _loop(folder / "hidden_gap", drawings, figures=figures, json=json)
+            loop = _loop(folder / "hidden_gap", drawings, figures=figures)
     output.write_json(
         {
             "schema": "shakerproc-demo/1",
@@ -44,7 +44,7 @@ def demo(
     )
 
 
-def _everyday(root: Path, *, figures: bool, json: str | None) -> dict[str, Any] | None:
+def _everyday(root: Path, *, figures: bool) -> dict[str, Any] | None:
     """Process the sample recordings, if they are there."""
     from shakerproc.testlog import read_testlog
 
@@ -52,9 +52,9 @@ def _everyday(root: Path, *, figures: bool, json: str | None) -> dict[str, Any] 
     if sample is None:
         output.message("no sample_data beside the program: going on to the simulated campaign")
         return None
-    output.data("1. The everyday job: from recordings and a log to trends", json_target=json)
-    _say("batch", sample, "--out", root, json=json)
-    return _processed(read_testlog(sample), root, figures=figures, json=json)
+    output.data("1. The everyday job: from recordings and a log to trends")
+    _say("batch", sample, "--out", root)
+    return _processed(read_testlog(sample), root, figures=figures)
 
 
 def sample_log() -> Path | None:
@@ -71,7 +71,6 @@ def _processed(
     root: Path,
     *,
     figures: bool,
-    json: str | None,
     evidence: "Evidence | None" = None,
     verdict: str = "",
 ) -> dict[str, Any]:
@@ -94,13 +93,11 @@ def _processed(
             verdict=verdict,
         )
     if evidence is None:
-        tell(campaign, document, root, json)
+        tell(campaign, document, root)
     return document
 
 
-def _loop(
-    folder: Path, drawings: ExitStack, *, figures: bool, json: str | None
-) -> dict[str, Any]:
+def _loop(folder: Path, drawings: ExitStack, *, figures: bool) -> dict[str, Any]:
     """Compare, diagnose, add, compare again; end with the ladder, the report and a sentence."""
     from shakerproc.cli.commands.add import add as add_effect
     from shakerproc.cli.commands.diagnose import show
@@ -117,24 +114,24 @@ def _loop(
 
     log_path, model_path = draft.write_example(folder)
     log, model = read_testlog(log_path), read_model(model_path)
-    _say("compare", model_path, log_path, json=json)
+    _say("compare", model_path, log_path)
     with output.progress("compare", len(log.tests)) as advance:
         before = compare(model, log, tell=advance)
     if figures:
         drawings.enter_context(_drawn(model_path, log_path, folder / "compare_before"))
-    output.data(sentence(before), json_target=json)
-    _say("diagnose", model_path, log_path, json=json)
+    output.data(sentence(before))
+    _say("diagnose", model_path, log_path)
     with output.progress("diagnose", 8) as advance:
         diagnosis = diagnose_tests(model, log, tests_of(log, model), progress=advance)
     found = headline(diagnosis, log.active)
-    show(diagnosis, json, found, output.Once())
+    show(diagnosis, found, output.Once())
     if not diagnosis.effects:
         output.finish(1)
     kind = diagnosis.effects[0].kind
     new = folder / f"model-with-{kind}.yaml"
-    _say("add", kind, model_path, log_path, "-o", new, json=json)
-    add_effect(kind, model_path, log_path, new, json="-" if json == "-" else None)
-    _say("compare", new, log_path, json=json)
+    _say("add", kind, model_path, log_path, "-o", new)
+    add_effect(kind, model_path, log_path, new)
+    _say("compare", new, log_path)
     if figures:
         drawings.enter_context(_drawn(new, log_path, folder / "compare_after"))
     with output.progress("compare", len(log.tests)) as advance:
@@ -146,13 +143,11 @@ def _loop(
     documents = [(what, path, sha256(path)) for what, path in files]
     inputs = inputs_of(documents, [test.measured for test in before.tests])
     evidence = Evidence(models, diagnosis, inputs)
-    _processed(
-        log, folder / "results", figures=figures, json=json, evidence=evidence, verdict=verdict
-    )
+    _processed(log, folder / "results", figures=figures, evidence=evidence, verdict=verdict)
     drawings.close()
-    _tell(before, after, json)
-    output.data(f"\nreport: {folder / 'results' / 'report.html'}", json_target=json)
-    output.data(verdict, json_target=json)
+    _tell(before, after)
+    output.data(f"\nreport: {folder / 'results' / 'report.html'}")
+    output.data(verdict)
     return {
         "verdict": verdict,
         "held_out_before": before.held_out,
@@ -161,9 +156,9 @@ def _loop(
     }
 
 
-def _say(*words: object, json: str | None) -> None:
+def _say(*words: object) -> None:
     """Print the command of the next step."""
-    output.data(f"\n$ shakerproc {' '.join(map(str, words))}", json_target=json)
+    output.data(f"\n$ shakerproc {' '.join(map(str, words))}")
 
 
 @contextmanager
@@ -196,7 +191,7 @@ def _verdict(before: "Comparison", after: "Comparison", found: str) -> str:
     )
 
 
-def _tell(before: "Comparison", after: "Comparison", json: str | None) -> None:
+def _tell(before: "Comparison", after: "Comparison") -> None:
     """Print the errors before and after."""
     output.print_table(
         ("test", "level", "held out", "error before", "error after", "noise"),
@@ -212,5 +207,4 @@ def _tell(before: "Comparison", after: "Comparison", json: str | None) -> None:
             for old, new in zip(before.tests, after.tests, strict=True)
         ],
         title="Errors before and after: residual rms over measured rms",
-        json_target=json,
     )

@@ -64,7 +64,7 @@ def diagnose(
         models = evidence.judged(known, result, comparisons, once.warning)
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
-    show(result, json, headline(result, log.active), once)
+    show(result, headline(result, log.active), once)
     for line in by_tests((test.name, test.remarks) for test in measured):
         output.message(line)
     for text in models.before.warnings if models is not None else ():
@@ -84,10 +84,10 @@ def diagnose(
         )
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    messages.after_diagnosis(result, model, testlog, json)
+    messages.after_diagnosis(result, model, testlog)
 
 
-def show(result: "Diagnosis", json_target: str | None, numbers: str, once: output.Once) -> None:
+def show(result: "Diagnosis", numbers: str, once: output.Once) -> None:
     """Print verdict, errors before and after, and candidates; `numbers` as `headline` says.
 
     Notes that were said `once` before are not printed again.
@@ -95,12 +95,12 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
     from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
     from shakerproc.diagnosis.headline import probability_text
 
-    output.data(f"verdict: {result.verdict}", json_target=json_target)
+    output.data(f"verdict: {result.verdict}")
     if numbers:
-        output.data(numbers, json_target=json_target)
-    output.data(result.sentence, json_target=json_target)
+        output.data(numbers)
+    output.data(result.sentence)
     if surely := probability_text(result):
-        output.data(surely, json_target=json_target)
+        output.data(surely)
     errors = result.errors
     alone = [["numbers fitted", None, errors.without]] if errors.without is not None else []
     output.print_table(
@@ -112,7 +112,6 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
             ["noise floor", None, errors.as_json()["noise_floor"]],
         ],
         title="Share of the response that is not explained",
-        json_target=json_target,
     )
     rows = [
         [effect.kind, " - ".join(effect.between), name, *p.row]
@@ -124,7 +123,6 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
             ["found", "between", "parameter", *ESTIMATE_COLUMNS],
             rows,
             title="Found, with 95 % intervals",
-            json_target=json_target,
         )
     output.print_table(
         ["candidate", "between", "held_out_error"],
@@ -137,15 +135,13 @@ def show(result: "Diagnosis", json_target: str | None, numbers: str, once: outpu
             for c in result.candidates
         ],
         title=_title(errors.among),
-        json_target=json_target,
     )
     for test in result.next_test:
         like = f", like {test.like}" if test.like else ""
         low, high = test.band_hz
         output.data(
             f"next test: {test.excitation} at {test.level}, {numeral(low, 4)} to "
-            f"{numeral(high, 4)} Hz{like}: {test.reason}",
-            json_target=json_target,
+            f"{numeral(high, 4)} Hz{like}: {test.reason}"
         )
     for note in result.notes:
         once.message(note)

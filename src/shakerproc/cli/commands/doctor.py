@@ -156,15 +156,14 @@ def doctor(json: output.JsonOption = None) -> None:
         },
         json,
     )
-    _print(packages, speed, extras, browser, json)
+    _print(packages, speed, extras, browser)
     for one in brought:
         what = f"{one.name} ({one.value}) of {one.package}"
         if one.problem:
             output.warning(f"plug-in {what}: {one.problem}")
         else:
             output.data(
-                f"plug-in {what}: {one.group.rpartition('.')[2]} {', '.join(one.brings)}",
-                json_target=json,
+                f"plug-in {what}: {one.group.rpartition('.')[2]} {', '.join(one.brings)}"
             )
     if missing:
         names = ", ".join(p.name for p in missing)
@@ -236,29 +235,22 @@ def _print(
     speed: dict[str, float],
     extras: dict[str, list[str]],
     browser: str | None,
-    json: str | None,
 ) -> None:
     output.data(
         f"shakerproc {__version__}, Python {platform.python_version()} ({sys.executable}), "
-        f"{platform.platform()}, {os.cpu_count()} processors",
-        json_target=json,
+        f"{platform.platform()}, {os.cpu_count()} processors"
     )
     rows = [(p.name, p.wanted, p.installed or "MISSING") for p in packages if not p.extra]
-    output.print_table(("package", "wanted", "installed"), rows, json_target=json)
+    output.print_table(("package", "wanted", "installed"), rows)
     output.data(
         f"speed: FFT {speed['fft_samples_per_s'] / 1e6:.0f} million samples/s, SHA-256 "
         f"{speed['hash_bytes_per_s'] / 1e6:.0f} MB/s, 30 s of a joint with play simulated in "
-        f"{numeral(1e3 * speed['simulation_s'], 2)} ms",
-        json_target=json,
+        f"{numeral(1e3 * speed['simulation_s'], 2)} ms"
     )
     for name, purpose in EXTRAS.items():
         state = f"missing {', '.join(extras[name])}" if extras[name] else "installed"
         output.data(
             f"extra {name}: {state}; for {purpose}"
-            + (f"; pip install 'shakerproc[{name}]'" if extras[name] else ""),
-            json_target=json,
+            + (f"; pip install 'shakerproc[{name}]'" if extras[name] else "")
         )
-    output.data(
-        f"browser: {browser or 'none found'}; for a PDF of the report",
-        json_target=json,
-    )
+    output.data(f"browser: {browser or 'none found'}; for a PDF of the report")

@@ -89,9 +89,9 @@ def effects(
         json,
     )
     if kind is None:
-        _print_all(known, json)
+        _print_all(known)
     else:
-        _print_one(kind, documents[kind], json)
+        _print_one(kind, documents[kind])
     if figure is not None and kind is not None:
         _draw(kind, figure)
         output.message(f"{figure}")
@@ -110,37 +110,33 @@ def _unknown(kind: str, known: list[str]) -> str:
     return f"no effect {kind!r}{question} There are {', '.join(known)}."
 
 
-def _print_all(known: "Mapping[str, Kind]", json: str | None) -> None:
+def _print_all(known: "Mapping[str, Kind]") -> None:
     from shakerproc.models import FAULTS
 
     columns: tuple[str, ...] = ("effect", "force", "parameters")
     rows: list[tuple[object, ...]] = [
         (k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k not in FAULTS
     ]
-    if can_be_shown() and json != "-":
+    if can_be_shown():
         columns = ("effect", "loop", *columns[1:])
         rows = [(k, tables.Picture(f"{_loop(str(k), 10, 2)}\n "), *more) for k, *more in rows]
-    output.print_table(columns, rows, json_target=json, spare=("parameters",))
-    output.data("", json_target=json)
+    output.print_table(columns, rows, spare=("parameters",))
+    output.data("")
     output.print_table(
         ("fault", "what is recorded of u", "parameters"),
         [(k, o.formula, ", ".join(o.parameters)) for k, o in known.items() if k in FAULTS],
-        json_target=json,
     )
-    output.data(
-        "z and v: displacement and velocity of the second place against the first",
-        json_target=json,
-    )
+    output.data("z and v: displacement and velocity of the second place against the first")
 
 
-def _print_one(kind: str, document: "Mapping[str, object]", json: str | None) -> None:
+def _print_one(kind: str, document: "Mapping[str, object]") -> None:
     parameters, references = document["parameters"], document["references"]
     assert isinstance(parameters, dict)  # noqa: S101 - narrows the type
     assert isinstance(references, list)  # noqa: S101
-    output.data(f"{kind}: {document['about']}", json_target=json)
-    output.data(f"  {document['formula']}", json_target=json)
+    output.data(f"{kind}: {document['about']}")
+    output.data(f"  {document['formula']}")
     if can_be_shown():
-        _print_loop(kind, json)
+        _print_loop(kind)
     output.print_table(
         ("parameter", "symbol", "unit", "meaning", "must be", "force is linear in it"),
         [
@@ -155,20 +151,19 @@ def _print_one(kind: str, document: "Mapping[str, object]", json: str | None) ->
             )
             for name, one in parameters.items()
         ],
-        json_target=json,
     )
-    output.data(f"signature: {document['signature']}", json_target=json)
+    output.data(f"signature: {document['signature']}")
     for text in references:
-        output.data(f"reference: {text}", json_target=json)
+        output.data(f"reference: {text}")
 
 
-def _print_loop(kind: str, json: str | None) -> None:
+def _print_loop(kind: str) -> None:
     """Print force over displacement, where the kind is a force."""
     from shakerproc.models import EFFECTS
 
     if kind in EFFECTS:
-        output.data(f"\n{_loop(kind, 36, 9)}", json_target=json)
-        output.data("force (up) over displacement (across), along a sine\n", json_target=json)
+        output.data(f"\n{_loop(kind, 36, 9)}")
+        output.data("force (up) over displacement (across), along a sine\n")
 
 
 def _loop(kind: str, columns: int, rows: int) -> str:

@@ -97,39 +97,38 @@ def forecast(
         inputs = inputs_of(documents, measured)
         page = write_forecast(folder, found, output.command(), inputs, figures=figures)
     output.write_json({**found.as_json(), **options.effects_of(own)}, json)
-    _print(found, folder, json)
+    _print(found, folder)
     for note in found.found.notes:
         once.warning(note)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 
 
-def _print(found: "Forecast", folder: Path, json: str | None) -> None:
+def _print(found: "Forecast", folder: Path) -> None:
     from shakerproc.forecasts import sentences
 
-    output.data(found.sentence, json_target=json)
+    output.data(found.sentence)
     if found.found.step is not None:
-        print_step(found.found.step, json)
+        print_step(found.found.step)
     for one in found.found.tests:
         output.print_table(
             ("of", "quantity", "value", "low", "high", "linear", "unit"),
             _rows(one),
             title=f"Test {one.planned.test.id}, 90 % bands",
-            json_target=json,
             elsewhere=str(folder / "forecast.csv"),
         )
         for text in sentences(one):
-            output.data(text, json_target=json)
+            output.data(text)
 
 
-def print_step(step: "LastStep", json: str | None) -> None:
+def print_step(step: "LastStep") -> None:
     """Print the forecast of the highest level that was run, beside its measurement.
 
     `step` is that level, `json` where JSON goes.
     """
     from shakerproc.forecasts.document import as_shown
 
-    output.data(step.sentence, json_target=json)
+    output.data(step.sentence)
     band = step.told_before
     names = ("predicted", *(("low", "high") if band else ()), "measured", "unit", "error [dB]")
     rows = []
@@ -139,7 +138,7 @@ def print_step(step: "LastStep", json: str | None) -> None:
         what = one.what.replace("_hz", "").replace("_", " ")
         rows.append((one.response, what, *values, unit, f"{one.error_db:+.2f}"))
     title = f"Test {step.test}, predicted and measured"
-    output.print_table(("of", "quantity", *names), rows, title=title, json_target=json)
+    output.print_table(("of", "quantity", *names), rows, title=title)
 
 
 def _rows(one: "TestForecast") -> list[tuple[object, ...]]:

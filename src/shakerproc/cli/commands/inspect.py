@@ -48,7 +48,7 @@ def inspect(
         document = {"schema": SCHEMA, "file": recording, "groups": [], "notes": []}
         output.write_json(document | {"holds": error.holds, "error": str(error)}, json)
         told = f"{recording.name}: no samples over time: {error.holds}"
-        output.data(told, json_target=json)
+        output.data(told)
         return
     groups, notes = whole.contents
     try:
@@ -61,7 +61,7 @@ def inspect(
             json,
         )
         for found in (one for one in groups if one.channels):
-            _show_group(found, json)
+            _show_group(found)
         raise
 
 
@@ -97,18 +97,18 @@ def _show(
         },
         json,
     )
-    _summary(recording, path, fingerprint, json)
-    _channels(recording, levels, json)
+    _summary(recording, path, fingerprint)
+    _channels(recording, levels)
     for found in groups:
         if len(groups) > 1:
-            output.data(f"group {_described(found)}", json_target=json)
-        _measurements(found, json)
+            output.data(f"group {_described(found)}")
+        _measurements(found)
     for note in (*recording.notes, *unused_lines(recording.unused)):
-        output.data(f"note: {note}", json_target=json)
-    _health(flags, json, looked=health)
+        output.data(f"note: {note}")
+    _health(flags, looked=health)
 
 
-def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | None) -> None:
+def _summary(recording: "Recording", path: Path, fingerprint: str) -> None:
     length = f"{recording.duration:.6g} s"
     if recording.incomplete and recording.expected_samples is not None:
         expected = recording.expected_samples / recording.sample_rate
@@ -118,13 +118,12 @@ def _summary(recording: "Recording", path: Path, fingerprint: str, json: str | N
     )
     output.data(
         f"{path.name}: {_count(recording.channels)}, {length}{start}, "
-        f"{recording.n_samples} samples at {recording.sample_rate:.9g} Hz",
-        json_target=json,
+        f"{recording.n_samples} samples at {recording.sample_rate:.9g} Hz"
     )
-    output.data(f"{path.stat().st_size} bytes, SHA-256 {fingerprint}", json_target=json)
+    output.data(f"{path.stat().st_size} bytes, SHA-256 {fingerprint}")
 
 
-def _channels(recording: "Recording", levels: list[ChannelLevel], json: str | None) -> None:
+def _channels(recording: "Recording", levels: list[ChannelLevel]) -> None:
     rows = []
     for number, channel in enumerate(recording.channels):
         row: list[object] = [
@@ -139,19 +138,17 @@ def _channels(recording: "Recording", levels: list[ChannelLevel], json: str | No
         rows.append(row)
     columns = ["number", "channel", "unit in the file", "converted to"]
     columns += ["minimum", "maximum", "rms"] if levels else []
-    output.print_table(columns, rows, json_target=json)
+    output.print_table(columns, rows)
 
 
-def _health(flags: "tuple[Flag, ...]", json: str | None, *, looked: bool) -> None:
+def _health(flags: "tuple[Flag, ...]", *, looked: bool) -> None:
     if not looked:
         return
     if not flags:
-        output.data("health: nothing found", json_target=json)
+        output.data("health: nothing found")
         return
     rows = [(f.kind, f.channel or "all", f.start, f.stop, f.message) for f in flags]
-    output.print_table(
-        ("flag", "channel", "from s", "to s", "what to look at"), rows, json_target=json
-    )
+    output.print_table(("flag", "channel", "from s", "to s", "what to look at"), rows)
 
 
 def _levels(recording: "Recording") -> list[ChannelLevel]:
@@ -211,26 +208,26 @@ def _listed(group: "RawGroup") -> dict[str, Any]:
     }
 
 
-def _measurements(group: "RawGroup", json: str | None) -> None:
+def _measurements(group: "RawGroup") -> None:
     """Tell the measurements that follow each other in a group, where there are several."""
     from shakerproc.recordings.choosing import measurement_text
 
     for number, part in enumerate(group.measurements, 1):
         apart = f", another {group.differs[number - 2]}" if number > 1 else ""
-        output.data(f"measurement {number}: {measurement_text(part)}{apart}", json_target=json)
+        output.data(f"measurement {number}: {measurement_text(part)}{apart}")
     if group.more:
-        output.data(f"and {group.more} more measurements", json_target=json)
+        output.data(f"and {group.more} more measurements")
 
 
-def _show_group(group: "RawGroup", json: str | None) -> None:
-    output.data(f"group {_described(group)}", json_target=json)
-    _measurements(group, json)
+def _show_group(group: "RawGroup") -> None:
+    output.data(f"group {_described(group)}")
+    _measurements(group)
     rows = [
         (n, c.name, c.unit or "none", c.n_samples, c.sample_rate, c.problem)
         for n, c in enumerate(group.channels, 1)
     ]
     columns = ("number", "channel", "unit in the file", "samples", "rate Hz", "problem")
-    output.print_table(columns, rows, json_target=json)
+    output.print_table(columns, rows)
 
 
 def _count(found: Sequence[object]) -> str:

@@ -91,7 +91,7 @@ def modal(
         wish = wish_of(Modal(), band=_band(from_hz, to_hz), count=count, order=order)
         measured = modes_of_functions(log, wish)
         output.write_json(measured.as_json(), json)
-        print_analysis(measured.found, json)
+        print_analysis(measured.found)
         write_folder(folder, measured.found, measured.as_json(), [log], figures=figures)
         output.message(f"results in {folder}")
         return
@@ -107,7 +107,7 @@ def modal(
         found = modes_of(read, tests, wish, other, advance)
     analysis, document = found.found, found.as_json()
     output.write_json(document, json)
-    print_analysis(analysis, json)
+    print_analysis(analysis)
     logs = [log, *([against] if against else [])]
     write_folder(folder, analysis, document, logs, figures=figures)
     output.message(f"results in {folder}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from shakerproc.cli import output
+from shakerproc.cli import options, output
 from shakerproc.cli.commands import GroupedCommand
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def write(
         )
     output.write_json(written, json)
     for row in written:
-        output.data(str(out / str(row["deck"])), json_target=json)
+        output.data(str(out / str(row["deck"])))
     output.message(f"{len(written)} deck{'s' * (len(written) != 1)} in {out}")
 
 
@@ -149,22 +149,11 @@ def read(
 ) -> None:
     """Write the results of a punch file as a recording, which process takes like any other."""
     from shakerproc.exchange.nastran_punch import recording_of_punch
-    from shakerproc.recordings import WRITERS
 
-    write_recording = WRITERS.get(out.suffix.lower())
-    if write_recording is None:
-        raise typer.BadParameter(
-            f"no format {out.suffix or out.name!r}; shakerproc writes {', '.join(WRITERS)}",
-            param_hint="OUT",
-        )
+    write_recording = output.writer_of(out)
     recording = recording_of_punch(punch, deck)
     write_recording(out, recording)
-    for note in recording.notes:
-        output.message(f"note: {note}")
-    output.message(
-        f"{out}: {len(recording.channels)} channels, {recording.n_samples} samples at "
-        f"{recording.sample_rate:.9g} Hz"
-    )
+    output.tell_written(out, recording)
 
 
 def _says(path: Path, key: str) -> bool:
@@ -186,7 +175,6 @@ def _write_study(
     """
     import numpy as np
 
-    from shakerproc import files
     from shakerproc.errors import ModelError
     from shakerproc.exchange.nastran_decks import transient_deck
     from shakerproc.model_files.exchanged import deck_of_model
@@ -204,7 +192,7 @@ def _write_study(
         samples = excitation_of(run)
         pairs = dict(zip([v.name for v in study.vary], job.texts, strict=True))
         parts = [f"{name}_{text}" for name, text in pairs.items()]
-        name = re.sub(r"[^A-Za-z0-9.+-]+", "_", "_".join([source.stem, *parts])) + ".dat"
+        name = _deck_name(source, parts)
         contents = deck_of_model(
             model,
             np.arange(samples.size) / run.sample_rate,
@@ -215,6 +203,20 @@ def _write_study(
         )
         decks[name] = transient_deck(contents)
         rows.append({"deck": name, **pairs})
+    return _written(out, rows, decks)
+
+
+def _deck_name(source: Path, parts: Sequence[str]) -> str:
+    """Return the name of the file of one deck of a study."""
+    return re.sub(r"[^A-Za-z0-9.+-]+", "_", "_".join([source.stem, *parts])) + ".dat"
+
+
+def _written(
+    out: Path, rows: list[dict[str, object]], decks: dict[str, str]
+) -> list[dict[str, object]]:
+    """Write decks and the table of them; return its rows."""
+    from shakerproc import files
+
     for name, text in decks.items():
         files.write_text(out / name, text)
     files.write_csv(out / "decks.csv", {key: [row[key] for row in rows] for key in rows[0]})
@@ -253,7 +255,6 @@ def _write_models(
     reach: float | None,
     steps: int | None,
 ) -> list[dict[str, object]]:
-    from shakerproc import files
     from shakerproc.exchange.nastran_decks import transient_deck
     from shakerproc.model_files.exchanged import deck_of_model
     from shakerproc.studies.study import placed
@@ -268,17 +269,13 @@ def _write_models(
         texts = [v.texts[i] for i, v in zip(point, variations, strict=True)]
         pairs = list(zip([v.place for v in variations], texts, strict=True))
         parts = [f"{place.split('.', 1)[1]}_{text}" for place, text in pairs]
-        name = re.sub(r"[^A-Za-z0-9.+-]+", "_", "_".join([source.stem, *parts])) + ".dat"
+        name = _deck_name(source, parts)
         contents = deck_of_model(
             chosen, time, samples, initial_velocity=velocity, reach=reach, steps=steps
         )
         decks[name] = transient_deck(contents)
         rows.append({"deck": name, **dict(pairs)})
-    for name, text in decks.items():
-        files.write_text(out / name, text)
-    columns = {key: [row[key] for row in rows] for key in rows[0]}
-    files.write_csv(out / "decks.csv", columns)
-    return rows
+    return _written(out, rows, decks)
 
 
 def _sweep(
@@ -307,10 +304,8 @@ def _sweep(
         raise typer.BadParameter(
             f"give an amplitude [{unit}], or a test of a log", param_hint="--level"
         )
-    try:
+    with options.refused("--level"):
         amplitude = to_si(level, unit)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--level") from error
     if not (length_s > 0.0 and sample_rate_hz > 2.0 * max(from_hz, to_hz)):
         raise typer.BadParameter(
             f"must be more than twice {max(from_hz, to_hz):g} Hz, and --length-s above 0",
@@ -386,11 +381,9 @@ def _variation(model: "Model", text: str) -> DeckVariation:
     if not place.startswith(("elements.", "masses.")):
         place = f"elements.{place}"
     texts = tuple(value.strip() for value in values.split(","))
-    try:
+    with options.refused("--vary"):
         unit = unit_of_place(model, place)
         numbers = tuple(to_si(value, unit) for value in texts)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--vary") from error
     return DeckVariation(place, texts, numbers)
 
 
@@ -408,10 +401,8 @@ def _velocities(model: "Model", texts: Sequence[str]) -> dict[str, float]:
     found: dict[str, float] = {}
     for text in texts:
         place, _, value = text.partition("=")
-        try:
+        with options.refused("--velocity"):
             found[place.strip()] = to_si(value.strip(), "m/s")
-        except ValueError as error:
-            raise typer.BadParameter(str(error), param_hint="--velocity") from error
     check_places(model, list(found))
     return found
 
@@ -428,10 +419,8 @@ def _length(text: str | None) -> float | None:
 
     if text is None:
         return None
-    try:
+    with options.refused("--reach"):
         value = to_si(text, "m")
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--reach") from error
     if not value > 0.0:
         raise typer.BadParameter(f"must be above 0 m, not {text}", param_hint="--reach")
     return value

@@ -106,7 +106,7 @@ def plan(
     with output.results(folder, "plan"):
         _write(plans, wish, log.title, folder, figures=figures)
     output.write_json(_document(testlog, model, log.title, plans), json)
-    _print(plans, wish, folder, json)
+    _print(plans, wish, folder)
     if rehearse and model is not None:
         _rehearse(model, testlog, folder / "rehearsal")
     output.message(f"results in {folder}")
@@ -269,10 +269,8 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
         raise typer.BadParameter(
             f"{coupon} has no joint: the bushing's size and material", param_hint="--coupon"
         )
-    try:
+    with options.refused("--temperature"):
         kelvin = to_si(temperature, "K")
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--temperature") from error
     if kelvin <= 0.0:
         raise typer.BadParameter(
             f"{temperature} is below absolute zero", param_hint="--temperature"
@@ -315,9 +313,7 @@ def _document(
     }
 
 
-def _print(
-    plans: "Sequence[PlannedTest]", wish: "PlanWish", folder: Path, json: str | None
-) -> None:
+def _print(plans: "Sequence[PlannedTest]", wish: "PlanWish", folder: Path) -> None:
     from shakerproc.planning import FreeJoint
 
     moving = "table" if isinstance(wish.joint, FreeJoint) else "joint"
@@ -340,7 +336,6 @@ def _print(
             "remarks",
         ),
         [_row(planned, moving) for planned in plans if not planned.test.discarded],
-        json_target=json,
         spare=("averages", "takes [s]", "remarks", "from [Hz]", "to [Hz]", "joint"),
         elsewhere=str(folder / "plan.csv"),
     )
@@ -349,11 +344,10 @@ def _print(
     known = sum(p.reach is not None for p in plans)
     output.data(
         f"{len(plans) - discarded} tests, {discarded} discarded; {both} of {known} whose play "
-        f"is known use it up on both sides ({moving})",
-        json_target=json,
+        f"is known use it up on both sides ({moving})"
     )
     for text, tests in _remarks(plans).items():
-        output.data(f"test {', '.join(tests)}: {text}", json_target=json)
+        output.data(f"test {', '.join(tests)}: {text}")
 
 
 def _remarks(plans: "Sequence[PlannedTest]") -> dict[str, list[str]]:

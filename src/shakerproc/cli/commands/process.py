@@ -75,8 +75,8 @@ def process(
     ).summary
     _tell(summary)
     output.write_json(summary, json)
-    _print(summary, folder, json)
-    messages.after_processing(recording, log, json)
+    _print(summary, folder)
+    messages.after_processing(recording, log)
 
 
 def _tell(summary: "RunSummary") -> None:
@@ -137,7 +137,7 @@ def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | N
     return tuple(name for name in wanted if name.lower() != "none")
 
 
-def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
+def _print(summary: "RunSummary", folder: Path) -> None:
     from shakerproc.report.figures.units import USUAL
     from shakerproc.report.runs.in_units import run_in
     from shakerproc.runs import tables
@@ -155,32 +155,26 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         )
     output.data(
         f"{summary.recording}: {length} at {summary.sample_rate_hz:.6g} Hz, processed "
-        f"{start:.2f} to {stop:.2f} s{level}",
-        json_target=json,
+        f"{start:.2f} to {stop:.2f} s{level}"
     )
     output.print_table(
         ("channel", "role", "rms", "unit", "crest factor", "peak frequency [Hz]", "coherence"),
         [_channel_row(summary, channel) for channel in summary.channels],
-        json_target=json,
         spare=("crest factor", "role"),
         elsewhere=f"{folder / 'peaks.csv'} and statistics.csv",
     )
     rows = tables.peak_rows(summary)
     if rows:
-        output.data(f"resolved peaks of {tables.quantity_of(summary)}:", json_target=json)
-        output.print_table(tables.COLUMNS, [row.cells for row in rows], json_target=json)
+        output.data(f"resolved peaks of {tables.quantity_of(summary)}:")
+        output.print_table(tables.COLUMNS, [row.cells for row in rows])
     swept = tables.swept_rows(summary)
     if swept:
-        output.data(
-            "tallest points of the swept response, and what a slow sweep would show:",
-            json_target=json,
-        )
-        output.print_table(tables.SWEPT_COLUMNS, swept, json_target=json)
+        output.data("tallest points of the swept response, and what a slow sweep would show:")
+        output.print_table(tables.SWEPT_COLUMNS, swept)
     if summary.spectrum is not None:
         output.data(
             f"bins {numeral(summary.spectrum.bin_width_hz, 4)} Hz apart, "
-            f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom",
-            json_target=json,
+            f"{summary.spectrum.degrees_of_freedom:.0f} degrees of freedom"
         )
     remarks = (
         tables.unresolved(summary, rows),
@@ -188,27 +182,26 @@ def _print(summary: "RunSummary", folder: Path, json: str | None) -> None:
         tables.steady_withheld(summary),
     )
     for text in filter(None, remarks):
-        output.data(text, json_target=json)
-    _print_analyses(summary, json)
+        output.data(text)
+    _print_analyses(summary)
     output.message(f"results in {folder}")
 
 
-def _print_analyses(summary: "RunSummary", json: str | None) -> None:
+def _print_analyses(summary: "RunSummary") -> None:
     """Print the rows and the sentences of every analysis that the log asks for."""
     from shakerproc.runs.tables import heading, shown_cell
 
     for one in summary.analyses:
-        output.data(f"{one.title}:", json_target=json)
+        output.data(f"{one.title}:")
         if one.rows:
             names = list(one.rows[0])
             output.print_table(
                 [heading(name) for name in names],
                 [[shown_cell(name, row.get(name)) for name in names] for row in one.rows],
-                json_target=json,
             )
         flags = {flag.message for flag in summary.flags}  # which are said already
         for text in (text for text in one.told if text not in flags):
-            output.data(text, json_target=json)
+            output.data(text)
 
 
 def _channel_row(summary: "RunSummary", channel: "ChannelSummary") -> tuple[object, ...]:

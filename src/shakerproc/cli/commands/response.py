@@ -102,7 +102,7 @@ def response(
     output.write_json(
         {**_provenance(model, digest, level), **options.effects_of(own), **document}, json
     )
-    _print(found, tuple(others), level, sensor, json)
+    _print(found, tuple(others), level, sensor)
     output.message(f"results in {folder}")
 
 
@@ -127,10 +127,8 @@ def _level(model: "Model", text: str) -> float:
     from shakerproc.units import to_si
 
     unit = model.drive_unit
-    try:
+    with options.refused("--level"):
         amplitude = to_si(text, unit)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--level") from error
     if not amplitude > 0.0:
         raise typer.BadParameter(f"must be above 0 {unit}, not {text}", param_hint="--level")
     return amplitude
@@ -296,11 +294,7 @@ def _document(
 
 
 def _print(
-    found: "Response",
-    others: "tuple[Branch, ...]",
-    level: str,
-    sensor: str | None,
-    json: str | None,
+    found: "Response", others: "tuple[Branch, ...]", level: str, sensor: str | None
 ) -> None:
     from shakerproc.simulation import harmonic_balance as hb
 
@@ -309,11 +303,10 @@ def _print(
     unit = found.model.sensor_unit(sensors[name])
     output.data(
         f"{found.model.title}: {level}, {numeral(found.band[0], 4)} to "
-        f"{numeral(found.band[1], 4)} Hz",
-        json_target=json,
+        f"{numeral(found.band[1], 4)} Hz"
     )
     for joint, severity in hb.gap_severity(found.model, found.level).items():
-        output.data(f"{joint}: F / (k a) = {numeral(severity, 4)}", json_target=json)
+        output.data(f"{joint}: F / (k a) = {numeral(severity, 4)}")
     output.print_table(
         (
             "branch",
@@ -336,9 +329,8 @@ def _print(
             )
             for point in hb.notable_points(found, name, others)
         ],
-        json_target=json,
     )
     for number, branch in enumerate((*found.branches, *others), start=1):
-        output.data(f"branch {number}: {branch.ended}", json_target=json)
+        output.data(f"branch {number}: {branch.ended}")
     for sentence in found.not_followed:
-        output.data(f"not followed: {sentence}", json_target=json)
+        output.data(f"not followed: {sentence}")

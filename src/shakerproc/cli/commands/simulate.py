@@ -130,7 +130,7 @@ def simulate(
         found = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
     output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
-    _print(found, shaken.motion, json)
+    _print(found, shaken.motion)
     place = excitation.parent if out is None else out
     output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
 
@@ -205,7 +205,7 @@ def _document(
     }
 
 
-def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion", json: str | None) -> None:
+def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
     from shakerproc.models.motion import shown_in
 
     unit, factor = shown_in("m", motion)
@@ -220,9 +220,7 @@ def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion", json: str 
     output.print_table(
         ("test", "recording", "takes [s]", f"largest motion [{unit}]", "switchings",
          "growth of 1e-10", "remark"),
-        rows,
-        json_target=json,
-    )  # fmt: skip
+        rows)  # fmt: skip
     if any(one["chaotic"] for one in found):
         output.warning(
             "chaotic motion: any model of it agrees with these recordings in statistics only"

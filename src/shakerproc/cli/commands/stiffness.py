@@ -68,7 +68,7 @@ def stiffness(
     warnings = _warnings(found, last)
     document = _document(found, list(specimens.values()), warnings, last, sample, force_n)
     output.write_json(document, json)
-    _print(found, last, json)
+    _print(found, last)
     for text in warnings:
         output.warning(text)
     folder = output.out_folder(out, "stiffness_results")
@@ -178,7 +178,7 @@ def _document(
     }
 
 
-def _print(found: "list[JointStiffness]", last: int, json: str | None) -> None:
+def _print(found: "list[JointStiffness]", last: int) -> None:
     for one in found:
         first = len(one.secants) - last
         rows = [
@@ -194,13 +194,12 @@ def _print(found: "list[JointStiffness]", last: int, json: str | None) -> None:
             )
         ]
         columns = ("run", "secant N/mm", "slope N/mm", "95 %", "counts")
-        output.print_table(columns, rows, title=one.specimen, json_target=json)
+        output.print_table(columns, rows, title=one.specimen)
         mean = one.slope
         output.data(
             f"{one.specimen}: k = {one.thesis / 1e3:.1f} N/mm as in the thesis; slope "
             f"{mean.value / 1e3:.1f} N/mm{_bounds(mean.low, mean.high)} over the last {last} "
-            f"runs",
-            json_target=json,
+            f"runs"
         )
 
 

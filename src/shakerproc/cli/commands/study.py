@@ -60,7 +60,7 @@ def study(
         machines = Machines(workers, LONG, MUCH, scheduler)
         result, digest = _run(path, out, machines, resume=resume, figures=figures)
         documents.append(_document(path, digest, result))
-        _print(result, json)
+        _print(result)
     output.write_json(
         {"schema": "shakerproc-studies/1", "studies": documents} if documents else None, json
     )
@@ -132,22 +132,22 @@ MOST_ROWS = 60
 """Longer tables are only in the file."""
 
 
-def _print(result: "StudyResult", json: str | None) -> None:
+def _print(result: "StudyResult") -> None:
     named = f"{result.title} (figure {result.figure})" if result.figure else result.title
-    output.data(named, json_target=json)
+    output.data(named)
     rows = list(zip(*(c.tolist() for c in result.columns.values()), strict=True))
     if len(rows) <= MOST_ROWS:
-        output.print_table(list(result.columns), rows, json_target=json)
+        output.print_table(list(result.columns), rows)
     else:
-        output.data(f"{len(rows)} rows in table.csv", json_target=json)
-    output.data(result.method, json_target=json)
+        output.data(f"{len(rows)} rows in table.csv")
+    output.data(result.method)
     for note in result.notes:
-        output.data(f"note: {note}", json_target=json)
+        output.data(f"note: {note}")
     if result.statement:
-        output.data(f"stated: {result.statement}", json_target=json)
-    output.data(f"found: {result.verdict}", json_target=json)
+        output.data(f"stated: {result.statement}")
+    output.data(f"found: {result.verdict}")
     if result.comment:
-        output.data(f"comment: {result.comment}", json_target=json)
+        output.data(f"comment: {result.comment}")
 
 
 def _thesis(out: Path | None, json: str | None) -> None:
@@ -163,7 +163,6 @@ def _thesis(out: Path | None, json: str | None) -> None:
     output.print_table(
         ("where", "thesis", "our number", "checked", "held"),
         [(o.where, o.says, o.number, "; ".join(map(str, o.checks)), o.held) for o in outcomes],
-        json_target=json,
     )
     if out is not None:
         path = output.out_folder(out, "") / "thesis_claims.md"

@@ -115,8 +115,8 @@ def watch(
         products=Products(drawn.figures, options.exports_of(drawn.export)),
         machines=Machines(workers),
         wish=TrendWish(channel, figures=drawn.figures, command=output.command()),
-        tell=partial(output.data, json_target=json),
-        after=None if model is None else partial(_forecast, model, root / "forecast", json),
+        tell=output.data,
+        after=None if model is None else partial(_forecast, model, root / "forecast"),
     )
     with locked(root):
         output.message(f"watching {folder}; Ctrl-C ends it. Report: {root / 'report.html'}")
@@ -129,12 +129,12 @@ def watch(
     counts = document.get("counts", {})
     output.write_json(document, json)
     told = ", ".join(f"{n} {kind}" for kind, n in counts.items() if n)
-    output.data(told or "nothing processed", json_target=json)
+    output.data(told or "nothing processed")
     if counts.get("failed"):
         output.finish(1)
 
 
-def _forecast(model: Path, folder: Path, json: str | None, log: "TestLog") -> None:
+def _forecast(model: Path, folder: Path, log: "TestLog") -> None:
     """Forecast the planned tests of a log, and compare the last forecast with its test."""
     from shakerproc.cli.commands.forecast import print_step
     from shakerproc.errors import ShakerprocError
@@ -150,9 +150,9 @@ def _forecast(model: Path, folder: Path, json: str | None, log: "TestLog") -> No
         return
     folder.mkdir(parents=True, exist_ok=True)
     write_forecast(folder, found, output.command(), [], figures=False)
-    output.data(f"forecast: {found.sentence}", json_target=json)
+    output.data(f"forecast: {found.sentence}")
     if found.found.step is not None:
-        print_step(found.found.step, json)
+        print_step(found.found.step)
 
 
 def _logs(folder: Path, log: Path | None, said: "Sampling") -> "Callable[..., TestLog | None]":

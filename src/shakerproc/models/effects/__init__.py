@@ -79,40 +79,6 @@ SPELLINGS: Mapping[tuple[str, str], str] = MappingProxyType({
 })
 """Kinds that model files write as another one: that, and the parameter that tells them."""
 
-__all__ = [
-    "EFFECTS",
-    "EXAMPLES",
-    "SPELLINGS",
-    "AbstractEffect",
-    "AttachedMode",
-    "BoucWen",
-    "ConstantForce",
-    "ContactDamping",
-    "CoulombFriction",
-    "CubicStiffness",
-    "Damper",
-    "Gap",
-    "GeneralBoucWen",
-    "HertzContact",
-    "Iwan",
-    "Jenkins",
-    "JumpGap",
-    "LuGreFriction",
-    "OffsetGap",
-    "PowerIwan",
-    "PowerLaw",
-    "PowerLawDamping",
-    "QuadraticDamping",
-    "QuadraticStiffness",
-    "Series",
-    "Spring",
-    "StiffnessDrift",
-    "Stop",
-    "StribeckFriction",
-    "Table",
-    "example_of",
-]
-
 
 def example_of(kind: str) -> AbstractEffect:
     """Return an effect of realistic size: an example, or where one's own effect is sought.

@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
-    Switch,
 )
 from shakerproc.models.identification import Identification, JointScales, grid, signed
 from shakerproc.models.laws import Law, Row
@@ -62,9 +61,6 @@ class ConstantForce(AbstractMemorylessEffect):
     ) -> tuple[FloatArray, FloatArray]:
         none = np.zeros(np.broadcast(displacement, velocity).shape)
         return none, none.copy()
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:

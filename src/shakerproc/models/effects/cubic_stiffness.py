@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
-    Switch,
 )
 from shakerproc.models.identification import (
     Identification,
@@ -61,9 +60,6 @@ class CubicStiffness(AbstractMemorylessEffect):
     ) -> tuple[FloatArray, FloatArray]:
         none = np.zeros(np.broadcast(displacement, velocity).shape)
         return none + 3.0 * self.coefficient * displacement**2, none
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:

@@ -13,7 +13,6 @@ from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     DependsOnSurroundings,
     Parameter,
-    Switch,
     check_parameters,
 )
 from shakerproc.models.laws import Law, Row
@@ -82,9 +81,6 @@ class Damper(AbstractMemorylessEffect, DependsOnSurroundings):
     ) -> tuple[FloatArray, FloatArray]:
         none = np.zeros(np.broadcast(displacement, velocity).shape)
         return none, none + _known(self.damping)
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.LINEAR, (0.0, _known(self.damping))),)

@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
-    Switch,
 )
 from shakerproc.models.identification import (
     Identification,
@@ -65,9 +64,6 @@ class QuadraticStiffness(AbstractMemorylessEffect):
     ) -> tuple[FloatArray, FloatArray]:
         none = np.zeros(np.broadcast(displacement, velocity).shape)
         return none + 2.0 * self.coefficient * displacement, none
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:

@@ -11,7 +11,6 @@ from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
-    Switch,
 )
 from shakerproc.models.laws import Law, Row
 
@@ -52,9 +51,6 @@ class Spring(AbstractMemorylessEffect):
     ) -> tuple[FloatArray, FloatArray]:
         none = np.zeros(np.broadcast(displacement, velocity).shape)
         return none + self.stiffness, none
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     def rows(self) -> tuple[Row, ...]:
         return (Row(Law.LINEAR, (self.stiffness, 0.0)),)

@@ -13,7 +13,6 @@ from shakerproc.data import FloatArray
 from shakerproc.models.effects.base import (
     AbstractMemorylessEffect,
     Parameter,
-    Switch,
     check_parameters,
 )
 from shakerproc.models.laws import Row
@@ -85,9 +84,6 @@ class Table(AbstractMemorylessEffect):
         spline = self._spline()
         by_displacement = spline.value(displacement, velocity, (1, 0))
         return by_displacement, spline.value(displacement, velocity, (0, 1))
-
-    def switches(self) -> tuple[Switch, ...]:
-        return ()
 
     def rows(self) -> tuple[Row, ...]:
         return (_row(self.displacement, self.velocity, self.force),)

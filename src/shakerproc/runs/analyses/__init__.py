@@ -20,8 +20,6 @@ from shakerproc.spectra.response_spectra import HIGHEST, logarithmic_frequencies
 RINGS: Final = ("free decay", "shock")
 """Kinds of excitation after which a structure is left to itself."""
 
-__all__ = ["ANALYSES", "with_analyses"]
-
 
 class AbstractAnalysis(ABC):
     """A kind of analysis that a log may ask for."""

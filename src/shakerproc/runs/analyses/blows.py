@@ -11,7 +11,7 @@ from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult
 from shakerproc.spectra.blows import LEAST_QUIET, Blow, Blows, rounded_up
-from shakerproc.spectra.responses import estimators
+from shakerproc.spectra.responses import excited
 
 LEFT: Final = 0.05
 """Share of a response at the end of its block from which on leakage is told [-]: what is cut
@@ -96,7 +96,7 @@ def _cut_text(found: Blows, added: float) -> list[str]:
 def _reach(result: RunResult, found: Blows) -> Iterator[str]:
     """Yield where the force has fallen by 20 dB, if it does within the band."""
     frequency, force = result.spectra.frequency, result.psd[found.setup.force]
-    inside = estimators.excited(frequency, result.band)
+    inside = excited(frequency, result.band)
     weak = frequency[inside & (force < FALLEN * force[inside].max())]
     if weak.size:
         yield (

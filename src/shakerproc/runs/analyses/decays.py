@@ -22,7 +22,7 @@ from shakerproc.spectra.decays import (
     free_start,
     trend_of,
 )
-from shakerproc.spectra.responses.estimators import INTEGRATIONS
+from shakerproc.spectra.responses import INTEGRATIONS
 
 DISPUTED: Final = 0.1
 """Share of stretches in which two methods may disagree without a remark [-]: their intervals,

@@ -8,7 +8,7 @@ from shakerproc.runs.analyses import AbstractAnalysis
 from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.runs.result import RunResult, lone_force
 from shakerproc.runs.roles import sense_of, uses_of
-from shakerproc.spectra.responses.estimators import INTEGRATIONS, power_share
+from shakerproc.spectra.responses import INTEGRATIONS, power_share
 
 MUCH: Final = 0.5
 """Share of the power, net over gross, from which on it flows one way [-]: the middle between 1,

@@ -14,10 +14,12 @@ from shakerproc.runs.panels import Analysis, Cell, Panel, PanelLine, PanelScale
 from shakerproc.runs.result import RunResult, lone_force, shown_unit
 from shakerproc.runs.tables import spelled
 from shakerproc.spectra.multisines import (
+    Kind,
     LineGrid,
     LineSpectra,
     PeriodLayout,
     Share,
+    check_input,
     cut,
     grid_of,
     layout_of,
@@ -25,8 +27,6 @@ from shakerproc.spectra.multisines import (
     shares_of,
     transient_periods,
 )
-from shakerproc.spectra.multisines.distortion import Kind
-from shakerproc.spectra.multisines.periods import check_input
 from shakerproc.testlog import Multisine
 
 LONGEST: Final = 2**25

@@ -35,7 +35,7 @@ from shakerproc.runs.panels import Analysis, Cell
 from shakerproc.runs.result import BoolArray, ResonancePeak, RunResult, shown_ratio, shown_unit
 from shakerproc.runs.tracking import SweptReading
 from shakerproc.spectra import Damping
-from shakerproc.spectra.responses.bounds import mean_square_error, tallest_bins
+from shakerproc.spectra.responses import mean_square_error, tallest_bins
 
 ONE_AVERAGE: Final = "one average tells no scatter"
 NOT_RESOLVED: Final = "the bins do not resolve the peak, and no mode fits it"

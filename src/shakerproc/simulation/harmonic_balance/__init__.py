@@ -1,15 +1,8 @@
 """Periodic motion of a model: response curves, stability, backbones, by harmonic balance."""
 
 from shakerproc.simulation.harmonic_balance.backbone import Backbone, backbone
-from shakerproc.simulation.harmonic_balance.branch import (
-    Branch,
-    BranchMark,
-    samples_of_branch,
-    sharpened,
-)
+from shakerproc.simulation.harmonic_balance.branch import Branch, samples_of_branch, sharpened
 from shakerproc.simulation.harmonic_balance.outputs import (
-    Notable,
-    couplings,
     gap_severity,
     notable_points,
     peaks,
@@ -23,32 +16,4 @@ from shakerproc.simulation.harmonic_balance.response import (
     frequency_response,
     natural_frequencies,
 )
-from shakerproc.simulation.harmonic_balance.switching import (
-    branch_off,
-    branches_off,
-    subharmonic_branches,
-)
-
-__all__ = [
-    "Backbone",
-    "Branch",
-    "BranchMark",
-    "Notable",
-    "Response",
-    "backbone",
-    "branch_off",
-    "branches_off",
-    "couplings",
-    "difference_from_simulation",
-    "frequency_response",
-    "gap_severity",
-    "natural_frequencies",
-    "notable_points",
-    "peaks",
-    "response_columns",
-    "samples_of_branch",
-    "sensor_harmonics",
-    "sensors_of_model",
-    "sharpened",
-    "subharmonic_branches",
-]
+from shakerproc.simulation.harmonic_balance.switching import branches_off, subharmonic_branches

@@ -76,15 +76,6 @@ def peaks(branch: Branch, harmonics: ComplexArray) -> FloatArray:
     )
 
 
-def couplings(branch: Branch) -> Mapping[str, FloatArray]:
-    """Return the largest relative displacement of every joint, (n_points,) arrays [m]."""
-    system = branch.balance.system
-    directions = {joint.name: joint.direction for joint in system.couplings}
-    directions |= {joint.name: joint.direction for joint in system.frictions}
-    motions = np.moveaxis(branch.coefficients, 1, 2)
-    return {name: peaks(branch, motions @ way) for name, way in directions.items()}
-
-
 def gap_severity(model: Model, level: float) -> Mapping[str, float]:
     """Return the load over the force that closes each gap fully, F / (k a) [-].
 

@@ -17,8 +17,7 @@ from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.branch import NEUTRAL, Branch, multipliers
 from shakerproc.simulation.inputs import Input, prepare
-from shakerproc.simulation.response import simulate
-from shakerproc.simulation.simulation import SimulatedResponse
+from shakerproc.simulation.response import SimulatedResponse, simulate
 
 CORRECTION = 1e-12
 """Size of the last correction of a state over that of the motion [-]."""

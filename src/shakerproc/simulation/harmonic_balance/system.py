@@ -16,7 +16,7 @@ from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import ModelError
 from shakerproc.models import AbstractMemorylessEffect, Element, Model
 from shakerproc.models.coordinates import Coordinates, coordinates_of, resolved
-from shakerproc.models.laws import Law, Row
+from shakerproc.models.laws import WITH_STATE, Law, Row
 from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.harmonic_balance import fourier
 from shakerproc.simulation.harmonic_balance.laws import (
@@ -134,8 +134,8 @@ DEGREES: Final[Mapping[Law, Callable[[Row], float]]] = MappingProxyType({
     Law.QUADRATIC_DAMPING: lambda _: 2.5,
     Law.CONSTANT: lambda _: 1.0,
     Law.HERTZ: lambda _: 4 * SHARPNESS + 0.5,  # d^1.5 bends at the wall: missed by 1e-5
-    Law.TABLE: lambda _: SHARPNESS + 0.5,
 })
+"""Degree of a law in the motion, by its numbers; of others it is `SHARPNESS` and a half."""
 
 
 @final
@@ -335,7 +335,7 @@ def _between(walls: FloatArray) -> FloatArray:
 
 def _smooth(element: Element) -> AbstractLaw:
     effect = cast("AbstractMemorylessEffect", element.effect)
-    degrees = [DEGREES[row.law](row) for row in effect.rows()]
+    degrees = [_degree(row) for row in effect.rows()]
     whole = all(degree == int(degree) for degree in degrees)
     probe = np.array([0.7, -0.3]), np.array([0.2, 0.9])
     there, back = effect.force_at(*probe), effect.force_at(-probe[0], -probe[1])
@@ -348,6 +348,10 @@ def _smooth(element: Element) -> AbstractLaw:
     )
 
 
+def _degree(row: Row) -> float:
+    return DEGREES[row.law](row) if row.law in DEGREES else SHARPNESS + 0.5
+
+
 def _hysteretic(element: Element) -> AbstractLaw:
     (row,) = element.effect.rows()
     stiffness = row.values[3] if row.law == Law.LUGRE else row.values[0]
@@ -357,6 +361,7 @@ def _hysteretic(element: Element) -> AbstractLaw:
 LAWS: Final[Mapping[frozenset[Law], Callable[[Element], AbstractLaw]]] = MappingProxyType({
     frozenset({Law.STOP, Law.JUMP}): _stops,
     frozenset({Law.CONTACT_DAMPING}): _contact_damping,
-    frozenset(DEGREES): _smooth,
-    frozenset({Law.JENKINS, Law.IWAN, Law.BOUC_WEN, Law.LUGRE, Law.SERIES}): _hysteretic,
+    WITH_STATE: _hysteretic,
+    frozenset(Law) - WITH_STATE - {Law.STOP, Law.JUMP, Law.CONTACT_DAMPING, Law.DRIFT}: _smooth,
 })
+"""How the laws of an element are taken; what changes with time has none."""

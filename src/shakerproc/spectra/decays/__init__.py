@@ -9,15 +9,3 @@ from shakerproc.spectra.decays.curves import (
 )
 from shakerproc.spectra.decays.lines import DecayLine, decay_lines, free_start
 from shakerproc.spectra.decays.readings import DecayReading
-
-__all__ = [
-    "DecayCurve",
-    "DecayLine",
-    "DecayReading",
-    "DecayTrend",
-    "at_amplitudes",
-    "decay_curve",
-    "decay_lines",
-    "free_start",
-    "trend_of",
-]

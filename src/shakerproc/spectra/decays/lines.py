@@ -15,7 +15,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import SpectrumError
 from shakerproc.spectra.blows import LOUD, NORMAL
-from shakerproc.spectra.responses.estimators import excited
+from shakerproc.spectra.responses import excited
 
 REJECTION: Final = 1e-3
 """What a filter leaves of the nearest other line, over the mode itself [-]."""

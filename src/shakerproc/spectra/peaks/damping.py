@@ -21,7 +21,7 @@ from shakerproc.spectra.peaks.fitted_modes import (
     nearest_peak,
     smoothing_of,
 )
-from shakerproc.spectra.responses.estimators import coherence, h1, psd_ratio
+from shakerproc.spectra.responses import coherence, h1, psd_ratio
 from shakerproc.spectra.welch.cross import CrossSpectra, psd
 from shakerproc.spectra.welch.windows import correlation_of
 

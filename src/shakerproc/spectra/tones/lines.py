@@ -14,7 +14,7 @@ from shakerproc.errors import SpectrumError
 from shakerproc.numerals import numeral
 from shakerproc.spectra.peaks.chance import smearing_of
 from shakerproc.spectra.peaks.finding import find_peaks
-from shakerproc.spectra.responses.estimators import NOTCH_BINS
+from shakerproc.spectra.responses import NOTCH_BINS
 from shakerproc.spectra.welch.cross import CrossSpectra, psd
 
 FALSE_TONES: Final = 1e-4

@@ -1,4 +1,4 @@
-r"""The mass on a Duffing spring, with free play, stops or a power law: exact frequencies.
+r"""Formulas of one mass, exact or as the thesis prints them, printed errors put right.
 
 The Duffing oscillator of section 3.6:
 
@@ -14,6 +14,156 @@ import scipy  # its parts load when they are first used
 
 from shakerproc import checks
 from shakerproc.data import FloatArray
+
+
+def magnification(frequency_ratio: FloatArray, damping_ratio: float) -> FloatArray:
+    r"""Return amplitude over static deflection (eq. 3.10, figure 3.1 a) [-].
+
+    .. math:: X / \delta_{st} = 1 / \sqrt{(1 - r^2)^2 + (2 \zeta r)^2}
+
+    Parameters
+    ----------
+    frequency_ratio : (...) array
+        Forcing frequency over natural frequency, :math:`r` [-].
+    damping_ratio : float
+        :math:`\zeta` [-].
+    """
+    return 1.0 / np.hypot(1.0 - frequency_ratio**2, 2.0 * damping_ratio * frequency_ratio)
+
+
+def phase_lag(frequency_ratio: FloatArray, damping_ratio: float) -> FloatArray:
+    r"""Return the lag behind the force, 0 to :math:`\pi` [rad] (eq. 3.11, figure 3.1 b).
+
+    As in eq. 3.9, the printed :math:`\tan^{-1}` is off by :math:`\pi` past resonance.
+
+    Parameters
+    ----------
+    frequency_ratio : (...) array
+        Forcing frequency over natural frequency, :math:`r` [-].
+    damping_ratio : float
+        :math:`\zeta` [-].
+    """
+    return np.arctan2(2.0 * damping_ratio * frequency_ratio, 1.0 - frequency_ratio**2)
+
+
+def damped_frequency(frequency: float, damping_ratio: float) -> float:
+    r"""Return the frequency of free decay, :math:`f_n \sqrt{1 - \zeta^2}` [Hz] (eq. 3.27).
+
+    Parameters
+    ----------
+    frequency : float
+        Natural frequency [Hz].
+    damping_ratio : float
+        :math:`\zeta`, from 0 to below 1 [-].
+
+    Raises
+    ------
+    ValueError
+        If the damping is critical or above.
+    """
+    if not 0.0 <= damping_ratio < 1.0:
+        raise ValueError(f"damping_ratio must lie in 0 to below 1, not {damping_ratio:g}")
+    return float(frequency * np.sqrt(1.0 - damping_ratio**2))
+
+
+def coulomb_harmonic_amplitude(
+    frequency_ratio: FloatArray, friction_ratio: float
+) -> FloatArray:
+    r"""Return amplitude over static deflection by equivalent damping (eq. 3.26 with 3.24) [-].
+
+    .. math:: X / \delta_{st} = \sqrt{1 - (4 F_c / \pi F_0)^2} \, / \, |1 - r^2|
+
+    Parameters
+    ----------
+    frequency_ratio : (...) array
+        Forcing frequency over natural frequency, :math:`r`, other than 1 [-].
+    friction_ratio : float
+        :math:`F_c / F_0`, below :math:`\pi / 4` [-].
+
+    Raises
+    ------
+    ValueError
+        If the friction is too large for the formula.
+    """
+    if not 0.0 <= friction_ratio < np.pi / 4.0:
+        raise ValueError(f"friction_ratio must lie in 0 to below pi/4, not {friction_ratio:g}")
+    return np.asarray(
+        np.sqrt(1.0 - (4.0 * friction_ratio / np.pi) ** 2) / np.abs(1.0 - frequency_ratio**2)
+    )
+
+
+def coulomb_amplitude(frequency_ratio: FloatArray, friction_ratio: float) -> FloatArray:
+    r"""Return the exact amplitude over static deflection of motion that never sticks [-].
+
+    .. math::
+        \frac{X}{\delta_{st}} = \sqrt{V^2 - (F_c / F_0)^2 U^2}, \quad
+        V = \frac{1}{1 - r^2}, \quad U = \frac{1}{r} \tan\frac{\pi}{2 r}
+
+    Parameters
+    ----------
+    frequency_ratio : (...) array
+        Forcing frequency over natural frequency, :math:`r` [-].
+    friction_ratio : float
+        :math:`F_c / F_0` [-].
+
+    Returns
+    -------
+    (...) array
+        Amplitude ratio [-].
+
+    Raises
+    ------
+    ValueError
+        If the mass would stick at one of the frequencies (see `coulomb_sliding_bound`).
+
+    References
+    ----------
+    .. [1] J. P. Den Hartog, "Forced vibrations with combined Coulomb and viscous friction",
+       Transactions of the ASME 53, 107-115, 1931.
+    """
+    square = _dynamic(frequency_ratio) ** 2 - (friction_ratio * _turning(frequency_ratio)) ** 2
+    sticking = ~(square > (friction_ratio * coulomb_sliding_bound(frequency_ratio)) ** 2)
+    if np.any(sticking):
+        where = np.atleast_1d(frequency_ratio)[np.atleast_1d(sticking)][0]
+        raise ValueError(
+            f"the mass sticks at frequency ratio {where:g} with F_c / F_0 = "
+            f"{friction_ratio:g}; the closed form holds for motion without rest"
+        )
+    return np.sqrt(square)
+
+
+def coulomb_sliding_bound(frequency_ratio: FloatArray) -> FloatArray:
+    r"""Return the least amplitude, over :math:`F_c / k`, at which the mass never sticks [-].
+
+    .. math::
+        S = \max_{0 < \tau < \pi}
+            \frac{U (\cos\tau - \cos(\tau / r)) + \sin(\tau / r) / r}{\sin\tau}
+
+    Parameters
+    ----------
+    frequency_ratio : (...) array
+        Forcing frequency over natural frequency, :math:`r` [-].
+
+    Returns
+    -------
+    (...) array
+        Bound [-].
+    """
+    angle = np.linspace(0.0, np.pi, 4003)[1:-1]  # the ends are 0 over 0
+    inverse = 1.0 / np.asarray(frequency_ratio)[..., None]
+    turning = _turning(np.asarray(frequency_ratio))[..., None]
+    above = turning * (np.cos(angle) - np.cos(angle * inverse))
+    return np.asarray(
+        np.max((above + inverse * np.sin(angle * inverse)) / np.sin(angle), axis=-1)
+    )
+
+
+def _dynamic(frequency_ratio: FloatArray) -> FloatArray:
+    return 1.0 / (1.0 - frequency_ratio**2)
+
+
+def _turning(frequency_ratio: FloatArray) -> FloatArray:
+    return np.tan(np.pi / (2.0 * frequency_ratio)) / frequency_ratio
 
 
 def duffing_harmonic_free_frequency(
@@ -110,92 +260,6 @@ def duffing_perturbation_motion(
     )
 
 
-def duffing_harmonic_frequency(
-    amplitude: FloatArray, natural: float, cubic: float, force: float
-) -> FloatArray:
-    r"""Return the forcing frequency that gives an amplitude, without damping (eq. 3.47) [Hz].
-
-    .. math:: \omega^2 = \omega_n^2 + \tfrac34 \mu A^2 - F / A
-
-    This is harmonic balance with one harmonic. With :math:`\mu = 0` it is eq. 3.48, with
-    :math:`F = 0` eq. 3.49.
-
-    Parameters
-    ----------
-    amplitude : (...) array
-        Amplitude, negative where the motion opposes the force [m].
-    natural : float
-        Frequency of small motion [Hz].
-    cubic : float
-        :math:`\mu`, cubic coefficient over mass [1/(m² s²)].
-    force : float
-        :math:`F`, force amplitude over mass [m/s²].
-
-    Returns
-    -------
-    (...) array
-        Frequency [Hz].
-
-    Raises
-    ------
-    ValueError
-        If no frequency gives one of the amplitudes.
-    """
-    omega_n = 2.0 * np.pi * natural
-    square = omega_n**2 + 0.75 * cubic * amplitude**2 - force / amplitude
-    if np.any(square < 0.0):
-        worst = np.atleast_1d(amplitude)[np.argmin(np.atleast_1d(square))]
-        raise ValueError(f"no forcing frequency gives the amplitude {worst:g} m")
-    return np.asarray(np.sqrt(square) / (2.0 * np.pi))
-
-
-def duffing_harmonic_force(
-    amplitude: FloatArray, frequency: FloatArray, natural: float, cubic: float
-) -> FloatArray:
-    """Return the force over mass that eq. 3.46 balances [m/s²].
-
-    Parameters
-    ----------
-    amplitude : (...) array
-        Amplitude [m].
-    frequency : (...) array
-        Forcing frequency [Hz].
-    natural : float
-        Frequency of small motion [Hz].
-    cubic : float
-        Cubic coefficient over mass [1/(m² s²)].
-    """
-    square = (2.0 * np.pi) ** 2 * (natural**2 - frequency**2)
-    return square * amplitude + 0.75 * cubic * amplitude**3
-
-
-def duffing_amplitudes(
-    frequency: float, natural: float, cubic: float, force: float
-) -> FloatArray:
-    r"""Return every amplitude at a forcing frequency without damping: one or three (eq. 3.46).
-
-    Parameters
-    ----------
-    frequency : float
-        Forcing frequency [Hz].
-    natural : float
-        Frequency of small motion [Hz].
-    cubic : float
-        :math:`\mu`, cubic coefficient over mass, other than 0 [1/(m² s²)].
-    force : float
-        Force amplitude over mass [m/s²].
-
-    Returns
-    -------
-    (1,) or (3,) array
-        Signed amplitudes in rising order [m].
-    """
-    square = (2.0 * np.pi) ** 2 * (natural**2 - frequency**2)
-    roots = np.roots([0.75 * cubic, 0.0, square, -force])
-    real = np.abs(roots.imag) < 1e-9 * np.abs(roots)
-    return np.sort(roots[real].real)
-
-
 def duffing_response_frequencies(
     amplitude: FloatArray, natural: float, damping_rate: float, cubic: float, force: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -237,99 +301,6 @@ def _elliptic(
     """Return the rate [rad/s] and the parameter of the elliptic cosine."""
     square = (2.0 * np.pi * natural) ** 2 + cubic * amplitude**2
     return np.sqrt(square), cubic * amplitude**2 / (2.0 * square)
-
-
-def gap_backbone(amplitude: FloatArray, clearance: float) -> FloatArray:
-    r"""Return the exact free frequency over that without clearance [-].
-
-    .. math:: \frac{\omega}{\omega_n} = \frac{1}{1 + \frac{2 a}{\pi (A - a)}}
-
-    For free play of different size on the two sides, take the mean clearance, and for the
-    amplitude the mean of the two extremes.
-
-    Parameters
-    ----------
-    amplitude : (...) array
-        Amplitude :math:`A`, above the clearance [m].
-    clearance : float
-        Free play on either side :math:`a` [m].
-
-    Returns
-    -------
-    (...) array
-        Frequency ratio, from 0 to 1 [-].
-
-    Raises
-    ------
-    ValueError
-        If an amplitude does not reach the contact.
-    """
-    checks.not_negative("clearance", clearance, "m")
-    _reaches(amplitude, clearance)
-    return 1.0 / (1.0 + 2.0 * clearance / (np.pi * (amplitude - clearance)))
-
-
-def gap_describing_function(amplitude: FloatArray, clearance: float) -> FloatArray:
-    r"""Return the stiffness that a harmonic motion feels, over the contact stiffness [-].
-
-    .. math::
-        \frac{k_{eq}}{k} = 1 - \frac{2}{\pi} \left(\arcsin\frac{a}{A}
-            + \frac{a}{A} \sqrt{1 - \frac{a^2}{A^2}}\right)
-
-    Parameters
-    ----------
-    amplitude : (...) array
-        Amplitude, at or above the clearance [m].
-    clearance : float
-        Free play on either side [m].
-
-    Raises
-    ------
-    ValueError
-        If an amplitude does not reach the contact.
-
-    References
-    ----------
-    .. [1] A. Gelb and W. E. Vander Velde, "Multiple-Input Describing Functions and Nonlinear
-       System Design", McGraw-Hill, 1968, app. B.
-    """
-    _reaches(amplitude, clearance)
-    share = clearance / amplitude
-    return 1.0 - 2.0 / np.pi * (np.arcsin(share) + share * np.sqrt(1.0 - share**2))
-
-
-def gap_harmonic_backbone(amplitude: FloatArray, clearance: float) -> FloatArray:
-    """Return the free frequency ratio with one harmonic [-].
-
-    It is high by 53 % at A/a = 1.05, 2.3 % at 2 and 0.04 % at 10 against `gap_backbone`.
-
-    Parameters
-    ----------
-    amplitude : (...) array
-        Amplitude, at or above the clearance [m].
-    clearance : float
-        Free play on either side [m].
-    """
-    return np.sqrt(gap_describing_function(amplitude, clearance))
-
-
-def bilinear_frequency_ratio(stiffness_ratio: FloatArray) -> FloatArray:
-    r"""Return the free frequency with a stop at rest, over that without it [-].
-
-    .. math:: \frac{\omega}{\omega_1} = \frac{2 \sqrt{1 + s}}{1 + \sqrt{1 + s}}
-
-    Parameters
-    ----------
-    stiffness_ratio : (...) array
-        Stiffness of the one-sided stop over that of the spring, :math:`s` [-].
-
-    References
-    ----------
-    .. [1] S. W. Shaw and P. J. Holmes, "A periodically forced piecewise linear oscillator",
-       Journal of Sound and Vibration 90, 129-155, 1983.
-    """
-    stiffer = np.sqrt(1.0 + stiffness_ratio)
-    return np.asarray(2.0 * stiffer / (1.0 + stiffer))
 
 
 def power_law_frequency(
@@ -399,12 +370,3 @@ def displacement_amplitude(acceleration: FloatArray, frequency: FloatArray) -> F
         Frequency [Hz].
     """
     return acceleration / (2.0 * np.pi * frequency) ** 2
-
-
-def _reaches(amplitude: FloatArray, clearance: float) -> None:
-    smallest = float(np.min(amplitude))
-    if not smallest > clearance:
-        raise ValueError(
-            f"amplitude must be above the clearance {clearance:g} m, not {smallest:g} m: "
-            f"inside it there is no contact and no frequency"
-        )

@@ -1,1 +1,0 @@
-"""Response functions and coherences from the matrix of cross spectra."""
