@@ -7,7 +7,7 @@ import math
 from typing import Final
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import inlined, inner
+from shakerproc.models.compiled import inlined
 from shakerproc.models.kernels import on_curve
 from shakerproc.simulation.kernels.modes import iwan_slip, signed
 from shakerproc.simulation.kernels.polynomials import cell, coefficient, origin
@@ -147,9 +147,7 @@ def law_series(
     if law == LUGRE:
         return _lugre(machine, row, order, lines)
     if law == BOUC_WEN:
-        if machine.values[row, 5] != NO_CURVE:
-            return _bouc_wen_on_curve(machine.tables, machine.values, mode, row, order, lines)
-        return k * lines[row, STATE, order], _bouc_wen_rate(machine, row, order, lines)
+        return _bouc_wen(machine, row, order, lines)
     if law == CONSTANT:
         return (k if order == 0 else 0.0), 0.0
     if law == SERIES:
@@ -299,47 +297,48 @@ def _lugre(machine: Machine, row: int, order: int, lines: FloatArray) -> tuple[f
 
 
 @inlined
-def _bouc_wen_rate(machine: Machine, row: int, order: int, lines: FloatArray) -> float:
-    mode, v = machine.mode[row, 0], lines[row, VELOCITY, order]
-    share = machine.values[row, 4 if mode == 1 or mode == 2 else 3]
-    if share == 0.0:
-        return v
-    sign = 1.0 if mode >= 2 else -1.0
-    lines[row, BASE, order] = sign * lines[row, STATE, order] / machine.values[row, 1]
-    lines[row, PLANES - 1, order] = power(lines, row, machine.values[row, 2], order)
-    return v - share * product(lines, row, PLANES - 1, VELOCITY, order)
-
-
-@inner
-def _bouc_wen_on_curve(
-    tables: FloatArray, values: FloatArray, mode: int, row: int, order: int, lines: FloatArray
-) -> tuple[float, float]:
+def _bouc_wen(machine: Machine, row: int, order: int, lines: FloatArray) -> tuple[float, float]:
     """Return the force, and the rate of the way back (see `laws.curve_back`).
 
-    BASE holds the force, the last plane its power, the two before what the force rises by the
-    way back, and the way back by displacement.
+    BASE holds the force, the last plane its power; where the branch back is a curve, the two
+    before hold what that rises by the way back, and the way back by displacement.
     """
-    slip, exponent, back = values[row, 1], values[row, 2], values[row, 4]
-    sign, one = 1.0 if mode >= 2 else -1.0, 1.0 if order == 0 else 0.0
-    if order == 0:
-        way = sign * lines[row, STATE, 0] / slip
-        lines[row, BASE, 0] = on_curve(tables, int(values[row, 5]), way, exponent)
+    mode, v, state = machine.mode[row, 0], lines[row, VELOCITY, order], lines[row, STATE, order]
+    k, slip, exponent = machine.values[row, 0], machine.values[row, 1], machine.values[row, 2]
+    share = machine.values[row, 4 if mode == 1 or mode == 2 else 3]
+    curved, sign = machine.values[row, 5] != NO_CURVE, 1.0 if mode >= 2 else -1.0
+    if not curved:
+        if share == 0.0:
+            return k * state, v
+        lines[row, BASE, order] = sign * state / slip
     else:
-        total = 0.0
-        for j in range(order):
-            total += (order - j) * lines[row, _RISE, j] * lines[row, STATE, order - j]
-        lines[row, BASE, order] = sign * total / (order * slip)
+        lines[row, BASE, order] = _on_curve(machine, row, order, sign / slip, lines)
     bend = power(lines, row, exponent, order)
+    lines[row, PLANES - 1, order] = bend
+    if not curved:
+        return k * state, v - share * product(lines, row, PLANES - 1, VELOCITY, order)
+    back, one = machine.values[row, 4], 1.0 if order == 0 else 0.0
     lines[row, _RISE, order] = one - back * bend
-    force = sign * values[row, 0] * slip * lines[row, BASE, order]
-    share = values[row, 4 if mode == 1 or mode == 2 else 3]
+    force = sign * k * slip * lines[row, BASE, order]
     if share == back:
-        return force, lines[row, VELOCITY, order]
+        return force, v
     total = one - share * bend
     for j in range(1, order + 1):
         total -= lines[row, _RISE, j] * lines[row, _GROWTH, order - j]
     lines[row, _GROWTH, order] = total / lines[row, _RISE, 0]
     return force, product(lines, row, _GROWTH, VELOCITY, order)
+
+
+@inlined
+def _on_curve(machine: Machine, row: int, order: int, unit: float, lines: FloatArray) -> float:
+    """Return the coefficient of the force that a way back holds, over that of yield."""
+    if order == 0:
+        start, exponent = int(machine.values[row, 5]), machine.values[row, 2]
+        return on_curve(machine.tables, start, unit * lines[row, STATE, 0], exponent)
+    total = 0.0
+    for j in range(order):
+        total += (order - j) * lines[row, _RISE, j] * lines[row, STATE, order - j]
+    return unit * total / order
 
 
 @inlined
@@ -359,21 +358,24 @@ def trusted_share(
         Force that does not matter [N].
     """
     law, share = machine.lines[row, LAW], 1.0
-    if law == BOUC_WEN and machine.values[row, 5] != NO_CURVE:
-        return _share_on_curve(machine.tables, machine.values, row, order, negligible, lines)
     falls = law == LUGRE or law == FRICTION
     powers = law == ODD_POWER or law == EVEN_POWER or law == POWER_DAMPING or law == BOUC_WEN
-    tame = machine.values[row, 2] <= _CHANGE
+    curved = law == BOUC_WEN and machine.values[row, 5] != NO_CURVE
+    tame = machine.values[row, 2] <= _CHANGE and not curved
     if falls:
         tame = machine.values[row, 1] == machine.values[row, 0]
     if tame or not (falls or powers):
         return 1.0
+    plane = STATE if curved else BASE
     while share > 1e-4:
         change, factor = 0.0, share
         for k in range(1, order):
-            change += abs(lines[row, BASE, k]) * factor
+            change += abs(lines[row, plane, k]) * factor
             factor *= share
-        if falls:
+        if curved:
+            if _stays_flat(machine, row, change, negligible, lines):
+                return share
+        elif falls:
             highest = lines[row, BASE, 0] + change
             excess = machine.values[row, 1] - machine.values[row, 0]
             if change <= _CHANGE or excess * math.exp(min(highest, 0.0)) < negligible:
@@ -389,22 +391,15 @@ def trusted_share(
     return share
 
 
-@inner
-def _share_on_curve(
-    tables: FloatArray, values: FloatArray, row: int, order: int, negligible: float,
-    lines: FloatArray,
-) -> float:  # fmt: skip
-    """Return the share in which a way back changes so little, or the branch stays flat."""
-    unit, exponent, share = values[row, 1] * tables[int(values[row, 5])], values[row, 2], 1.0
-    while share > 1e-4:
-        change, factor = 0.0, share
-        for k in range(1, order):
-            change += abs(lines[row, STATE, k]) * factor
-            factor *= share
-        if exponent * change <= _CHANGE * unit:
-            return share
-        left = (abs(lines[row, STATE, 0]) - change) / unit
-        if values[row, 0] * unit * math.exp(exponent * (1.0 - left)) < negligible:
-            return share
-        share *= 0.7
-    return share
+@inlined
+def _stays_flat(
+    machine: Machine, row: int, change: float, negligible: float, lines: FloatArray
+) -> bool:
+    """Return whether a way back changes so little, or a branch is so flat all the way."""
+    unit = machine.values[row, 1] * machine.tables[int(machine.values[row, 5])]
+    exponent, least = machine.values[row, 2], abs(lines[row, STATE, 0]) - change
+    if exponent * change <= _CHANGE * unit:
+        return True
+    return (
+        machine.values[row, 0] * unit * math.exp(exponent * (1.0 - least / unit)) < negligible
+    )
