@@ -132,7 +132,7 @@ def test_motions_are_named_in_the_order_of_starts():
 
 def test_a_law_whose_rate_runs_away_within_a_sample_costs_its_window_alone():
     """Nothing dissipates, and beyond its limit the force runs off in no time."""
-    law = GeneralBoucWen(alpha=3496.8, beta=5.1e-8, gamma=6.5e8, exponent=5.5)
+    law = GeneralBoucWen(alpha=3496.8, beta=5.1e8, gamma=-6.5e8, exponent=5.5)
     elements = (
         Element(Spring(stiffness=256913.5), ("base", "beam")),
         Element(Damper(damping=1.5), ("base", "beam")),

@@ -131,7 +131,7 @@ def _longest_way_back(values: Sequence[float]) -> float:
     exponent, loading, back = values[2:5]
     if not loading > 0.0 or loading == back:
         return math.inf
-    farthest = loading ** (-1.0 / exponent)
+    farthest = float(loading ** (-1.0 / exponent))
     curve = curve_back(values)
     if not curve.size:
         return farthest
