@@ -194,6 +194,12 @@ def print_if(wanted: bool, page: Path) -> None:
     message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 
 
+def messages(texts: Sequence[str]) -> None:
+    """Print texts to stderr, a line each."""
+    for text in texts:
+        message(text)
+
+
 def message(text: str) -> None:
     """Say something to the person, on stderr; above the bar of progress where there is one."""
     said = files.printable(text, lines=True)

@@ -120,10 +120,7 @@ class Errors:
 @final
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """One hypothesis that was tried; without errors, where it fell behind.
-
-    `screened` is what it left when it did, held to the measured motion, rms over the noise [-].
-    """
+    """A hypothesis; where it fell behind with `screened`, its rms over the noise then [-]."""
 
     kind: str
     between: tuple[str, ...]

@@ -114,8 +114,7 @@ def compare(
         )
         return
     once = output.Once()
-    for line in structure_sentences(shaken):
-        output.message(line)
+    output.messages(structure_sentences(shaken))
     with output.progress("compare", len(campaign.tests)) as advance:
         compared = compare_models(
             shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning

@@ -9,34 +9,36 @@ from shakerproc.comparison.hidden_joints import DRAWS, HiddenJoint, hidden_joint
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.fitted_numbers import numbers_of
+from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.result import Finding
 from shakerproc.diagnosis.updated import Comparisons, elements_of, model_with
 from shakerproc.errors import SimulationError
-from shakerproc.models import Model
 
 
 def hidden_of(
-    known: Model, fit: Fit, found: tuple[Sequence[Finding], Mapping[str, Estimate]],
-    comparisons: Comparisons | None, seed: int,
+    found: Found, fit: Fit, named: tuple[Sequence[Finding], Mapping[str, Estimate]],
+    comparisons: Comparisons | None, verdict: str,
 ) -> tuple[HiddenJoint, ...]:  # fmt: skip
     """Return motion and force of hidden joints in the loudest test, of the model proposed.
 
     Parameters
     ----------
-    known : Model
-        The model of the file.
+    found : Found
+        What the search found; its model without what was found is that of the file.
     fit : Fit
         Of the hypothesis that stands.
-    found : (sequence of Finding, mapping of str to Estimate)
+    named : (sequence of Finding, mapping of str to Estimate)
         Its effects, and the model's own numbers.
     comparisons : Comparisons, optional
         Models beside the tests; nothing is told without.
-    seed : int
-        Of the numbers that are drawn.
+    verdict : str
+        What is said: nothing is drawn where no model is proposed.
     """
-    if comparisons is None:
-        return ()
-    model = model_with(known, elements_of(found[0]), found[1])
+    known = found.before.hypothesis.model
+    is_proposed = comparisons is not None and verdict in {"effect found", "nothing missing"}
+    if comparisons is None or not is_proposed or known.excitation.role is None:
+        return ()  # a decay has no free run
+    model = model_with(known, elements_of(named[0]), named[1])
     try:
         tests = comparisons.of(model).tests
     except SimulationError:
@@ -44,5 +46,5 @@ def hidden_of(
     loudest = max(tests, key=lambda one: float(np.std(one.prediction.input)))
     if not loudest.not_told:
         return ()
-    drawn = numbers_of(fit).drawn(DRAWS, np.random.default_rng(seed))
+    drawn = numbers_of(fit).drawn(DRAWS, np.random.default_rng(0))
     return hidden_joints(model, [replace(one, modes=known.modes) for one, _ in drawn], loudest)

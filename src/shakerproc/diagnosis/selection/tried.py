@@ -179,7 +179,7 @@ def nothing_named(
     return "nothing missing", " ".join(said)
 
 
-def outside_sentence(found: Found, effects: Sequence[Finding], errors: Errors) -> str:
+def outside_text(found: Found, effects: Sequence[Finding], errors: Errors) -> str:
     """Return the verdict that no effect will do, and which one to add meanwhile."""
     free = found.free or found.best
     return wording.outside_sentence(

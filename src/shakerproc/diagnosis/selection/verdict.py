@@ -47,7 +47,7 @@ from shakerproc.diagnosis.selection.tried import (
     holds_in_whole_tests,
     nothing_named,
     outside_curve,
-    outside_sentence,
+    outside_text,
     over_whole_tests,
     tried,
     untried,
@@ -76,8 +76,7 @@ def judged(
     seed : int
         Of the tests that are proposed.
     comparisons : Comparisons, optional
-        What tells the errors where effects are named or nothing is missing: those of `compare`,
-        which are of the model that is proposed as its file says it.
+        What tells the errors of the model that is proposed, as `compare` does.
     """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
@@ -95,8 +94,11 @@ def judged(
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     if outside:
-        verdict, sentence = "outside library", outside_sentence(found, effects, own)
-        effects = []
+        verdict, sentence, effects = (
+            "outside library",
+            outside_text(found, effects, own),
+            [],
+        )
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
@@ -110,7 +112,6 @@ def judged(
         verdict, sentence = nothing_named(found, chosen, errors, unclosed, far, apart=apart)
         errors = errors if verdict == "nothing missing" else own
     asked, told = _asked_next(found, chosen, standing, verdict)
-    shown = told_by if verdict in {"effect found", "nothing missing"} else None
     scores, sure = scores_of(found, standing, own), complete and _has_odds(found, chosen)
     return Diagnosis(
         verdict=verdict,  # type: ignore[arg-type]
@@ -132,7 +133,7 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        hidden=hidden_of(found.before.hypothesis.model, fit, (effects, linear), shown, seed),
+        hidden=hidden_of(found, fit, (effects, linear), told_by, verdict),
         confidence=shared(probability_of(scores), standing) if sure else None,
         scores=scores,
         seed=seed,
@@ -140,10 +141,7 @@ def judged(
 
 
 def _has_odds(found: Found, chosen: Score) -> bool:
-    """Return whether the draws of the calibration tell how probable a verdict is.
-
-    Not where the noise is only known as what the hypothesis itself leaves.
-    """
+    """Return whether draws tell how probable a verdict is: not where noise is what is left."""
     known = all(test.noise_density.input_source != LEFT for test in found.data.tests)
     return known and not found.data.model.excitation.imposed and found.is_explained_by(chosen)
 
@@ -172,10 +170,7 @@ def _with_rest(
     said: str, found: Found, chosen: Score, errors: Errors, left: Where,
     *, after: Simulated, apart: Sequence[str],
 ) -> str:  # fmt: skip
-    """Return the sentence on effects that were found with what is said beside them.
-
-    Which numbers no test tells, which test alone shows the effects, and what is left.
-    """
+    """Return the sentence on effects that were found, what no test tells, and what is left."""
     beside = headline.known_sentences(known_of(chosen.fit))
     alone = shown_by_one(found, after)
     if alone is not None:

@@ -344,9 +344,9 @@ def _banded(
     places = " and ".join(joint.between)
     return PageFigure(
         f"{what.capitalize()} between {places}, test {joint.test}.",
-        "As modes and laws of the model found tell it, about its largest motion. Within the "
-        "thin lines lie 90 % of what tests and calibration leave open of the numbers, and as "
-        "large a share as the model leaves of the sensors.",
+        "As modes and laws of the model found tell it, about its largest motion. Thin lines: "
+        "90 % of what tests and calibration leave open of the numbers. As large a share as the "
+        "model leaves of the sensors is added.",
         to_svg.plot(
             Plot(
                 [
