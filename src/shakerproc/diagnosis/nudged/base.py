@@ -149,11 +149,12 @@ class Base:
         here = self._residual(own, x)
         if here is None:
             return np.inf, x
-        rows, there = here[1], x.copy()
         own_numbers = np.array_equal(x[: self.fit.x.size], self.fit.x)
-        if own_numbers and hypothesis.own == self.fit.hypothesis.own:
-            rows, there = self._projected(hypothesis, x, rows)
-        return self._level(own, rows), there
+        if not own_numbers or hypothesis.own != self.fit.hypothesis.own:
+            return here[0], x
+        rows, there = self._projected(hypothesis, x, here[1])
+        level = self._level(own, rows)
+        return (level, there) if level < here[0] else (here[0], x)
 
     def _projected(
         self, hypothesis: Hypothesis, x: FloatArray, rows: FloatArray
