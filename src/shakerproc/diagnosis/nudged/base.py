@@ -76,14 +76,15 @@ class Base:
         return np.concatenate([rows.ravel() for rows in each])
 
     def best(self, starts: Sequence[tuple[Hypothesis, FloatArray]]) -> list[Moved]:
-        """Return starts by what they leave, without those that run away."""
-        moved = [self._moved(*start) for start in starts]
-        good = [
-            (level, hypothesis, x)
-            for (hypothesis, _), (level, x) in zip(starts, moved, strict=True)
-            if np.isfinite(level)
-        ]
-        return sorted(good, key=lambda one: one[0])
+        """Return starts moved, by what they leave; the best as it is comes last.
+
+        Without those that run away. Straight lines may lead nowhere.
+        """
+        both = [one for start in starts if (one := self._moved(*start)) is not None]
+        if not both:
+            return []
+        moved = sorted((one for one, _ in both), key=lambda one: one[0])
+        return [*moved, min((one for _, one in both), key=lambda one: one[0])]
 
     def stepped(self, hypothesis: Hypothesis, x: FloatArray, rounds: int) -> Moved | None:
         """Return where steps from a start lead, the slopes by the base's numbers as they are.
@@ -143,18 +144,18 @@ class Base:
         blocks = np.array_split(rows**2, max(1, round(rows.size / own.block)))
         return float(np.mean([np.log1p(np.mean(b)) for b in blocks]))
 
-    def _moved(self, hypothesis: Hypothesis, x: FloatArray) -> tuple[float, FloatArray]:
-        """Return the level of a start, the base's numbers moved, and where it is then."""
+    def _moved(self, hypothesis: Hypothesis, x: FloatArray) -> tuple[Moved, Moved] | None:
+        """Return a start with the base's numbers moved, and as it is; None if it runs away."""
         own = Linearisation(self.fit.data, hypothesis, self._windows)
         here = self._residual(own, x)
-        if here is None:
-            return np.inf, x
+        if here is None or not np.isfinite(here[0]):
+            return None
+        as_it_is = (here[0], hypothesis, x)
         own_numbers = np.array_equal(x[: self.fit.x.size], self.fit.x)
         if not own_numbers or hypothesis.own != self.fit.hypothesis.own:
-            return here[0], x
+            return as_it_is, as_it_is
         rows, there = self._projected(hypothesis, x, here[1])
-        level = self._level(own, rows)
-        return (level, there) if level < here[0] else (here[0], x)
+        return (self._level(own, rows), hypothesis, there), as_it_is
 
     def _projected(
         self, hypothesis: Hypothesis, x: FloatArray, rows: FloatArray

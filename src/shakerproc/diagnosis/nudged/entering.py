@@ -49,17 +49,17 @@ def entered(
     every = own_starts(on, known)
     for group, starts in every.items():
         say(f"{group[0]} between {' and '.join(group[1])}")
-        tried = [end for base in bases for end in _begun(base, _thinned(_at(base, on, starts)))]
-        if tried:
-            ends[group] = sorted(tried, key=_level)[:STEPPED]
+        tried = [_begun(base, _thinned(_at(base, on, starts))) for base in bases]
+        if any(tried):
+            ends[group] = _chosen(tried)
         else:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
     _step(ends, _promising(ends, FOLLOWED[0]))
     simple = _as_fits(ends)
     for group in every:
         if richer := beyond(group, known, simple):
-            begun = [*ends.get(group, []), *_begun(bases[0], richer)]
-            ends[group] = sorted(begun, key=_level)[:STEPPED]
+            begun = _chosen([_begun(bases[0], richer)])
+            ends[group] = sorted([*ends.get(group, []), *begun], key=_level)[:STEPPED]
     for most in FOLLOWED[1:]:
         _step(ends, _promising(ends, most))
     return _as_fits(ends), failed
@@ -87,15 +87,24 @@ def _at(base: Base, on: Fit, starts: Sequence[Tried]) -> list[Tried]:
     ]
 
 
+def _chosen(tried: Sequence[list["_End"]]) -> list["_End"]:
+    """Return the best of starts that were moved, and of each base the best as it is."""
+    moved = sorted((end for own in tried for end in own[:-1]), key=_level)
+    return [*moved[:STEPPED], *(own[-1] for own in tried if own)]
+
+
 def _begun(base: Base, starts: Sequence[Tried]) -> list["_End"]:
     return [(base, moved) for moved in base.best(starts)]
 
 
 def _promising(ends: dict[Group, list["_End"]], most: int) -> list[Group]:
     """Return the laws in joints that leave least so far, the best in every joint among them."""
-    order = sorted((group for group in ends if ends[group]), key=lambda g: _level(ends[g][0]))
+    moved = {group: _level(own[0]) for group, own in ends.items() if own}
+    least = {group: min(map(_level, own)) for group, own in ends.items() if own}
+    order = sorted(least, key=lambda group: least[group])
     first = {group[1]: group for group in reversed(order)}
-    return list(dict.fromkeys([*order[:most], *first.values()]))
+    by_lines = sorted(moved, key=lambda group: moved[group])[:most]
+    return list(dict.fromkeys([*by_lines, *order[:most], *first.values()]))
 
 
 def _step(ends: dict[Group, list["_End"]], groups: Sequence[Group]) -> None:
