@@ -75,16 +75,15 @@ class Base:
         each = (self._without_starts(i, rows[..., None]) for i, rows in enumerate(stacks))
         return np.concatenate([rows.ravel() for rows in each])
 
-    def best(self, starts: Sequence[tuple[Hypothesis, FloatArray]]) -> list[Moved]:
-        """Return starts moved, by what they leave; the best as it is comes last.
+    def tried(
+        self, starts: Sequence[tuple[Hypothesis, FloatArray]]
+    ) -> list[tuple[Moved, Moved]]:
+        """Return each start moved along straight lines, and as it is; the best moved first.
 
         Without those that run away. Straight lines may lead nowhere.
         """
         both = [one for start in starts if (one := self._moved(*start)) is not None]
-        if not both:
-            return []
-        moved = sorted((one for one, _ in both), key=lambda one: one[0])
-        return [*moved, min((one for _, one in both), key=lambda one: one[0])]
+        return sorted(both, key=lambda one: one[0][0])
 
     def stepped(self, hypothesis: Hypothesis, x: FloatArray, rounds: int) -> Moved | None:
         """Return where steps from a start lead, the slopes by the base's numbers as they are.

@@ -17,11 +17,11 @@ from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.starts import Group, Tried, as_in_file, beyond, own_starts
 
 FOLLOWED: Final = (12, 12, 6)
-"""Laws in joints that are followed by steps, of those that leave least so far, beside the best
-in every joint: half of them each time [-]."""
+"""Laws in joints that are followed by steps, one time after the other: of those that leave
+least so far, moved and as they are, beside the best in every joint [-]."""
 
 STEPPED: Final = 2
-"""Starts of each that are followed [-]."""
+"""Starts of each that are followed, moved along straight lines; the best as it is, too [-]."""
 
 STEPS: Final = 3
 """Steps that are followed each time [-]."""
@@ -49,17 +49,17 @@ def entered(
     every = own_starts(on, known)
     for group, starts in every.items():
         say(f"{group[0]} between {' and '.join(group[1])}")
-        tried = [_begun(base, _thinned(_at(base, on, starts))) for base in bases]
-        if any(tried):
-            ends[group] = _chosen(tried)
-        else:
+        begun = [(base, base.tried(_of(base, starts))) for base in bases]
+        begun.append((bases[-1], bases[-1].tried(_in_wells(on, starts))))
+        ends[group] = _chosen(begun)
+        if not ends[group]:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
     _step(ends, _promising(ends, FOLLOWED[0]))
     simple = _as_fits(ends)
     for group in every:
         if richer := beyond(group, known, simple):
-            begun = _chosen([_begun(bases[0], richer)])
-            ends[group] = sorted([*ends.get(group, []), *begun], key=_level)[:STEPPED]
+            more = _chosen([(bases[0], bases[0].tried(richer))])
+            ends[group] = sorted([*ends[group], *more], key=_level)[:STEPPED]
     for most in FOLLOWED[1:]:
         _step(ends, _promising(ends, most))
     return _as_fits(ends), failed
@@ -76,25 +76,24 @@ def _bases(on: Fit) -> list[Base]:
     return [Base(one, on.windows) for one in ((on, file) if is_apart else (on,)) if one]
 
 
-def _at(base: Base, on: Fit, starts: Sequence[Tried]) -> list[Tried]:
-    """Return the starts at the numbers of a base; in wells at those of the file."""
+def _of(base: Base, starts: Sequence[Tried]) -> list[Tried]:
+    """Return the starts at the numbers of a base, of sizes of a force a few."""
     own = base.fit.x
-    return [
-        (hypothesis, x)
-        for hypothesis, x in starts
-        if np.array_equal(x[: own.size], own)
-        or (base.fit is not on and hypothesis.own != on.hypothesis.own)
-    ]
+    return _thinned([one for one in starts if np.array_equal(one[1][: own.size], own)])
 
 
-def _chosen(tried: Sequence[list["_End"]]) -> list["_End"]:
+def _in_wells(on: Fit, starts: Sequence[Tried]) -> list[Tried]:
+    """Return the starts between two places to rest, whose sizes no line tells."""
+    return [one for one in starts if one[0].own != on.hypothesis.own]
+
+
+def _chosen(tried: Sequence[tuple[Base, list[tuple[Moved, Moved]]]]) -> list["_End"]:
     """Return the best of starts that were moved, and of each base the best as it is."""
-    moved = sorted((end for own in tried for end in own[:-1]), key=_level)
-    return [*moved[:STEPPED], *(own[-1] for own in tried if own)]
-
-
-def _begun(base: Base, starts: Sequence[Tried]) -> list["_End"]:
-    return [(base, moved) for moved in base.best(starts)]
+    moved = [(base, one) for base, own in tried for one, _ in own]
+    as_they_are = [
+        (base, min((one for _, one in own), key=_first)) for base, own in tried if own
+    ]
+    return [*sorted(moved, key=_level)[:STEPPED], *as_they_are]
 
 
 def _promising(ends: dict[Group, list["_End"]], most: int) -> list[Group]:
@@ -131,7 +130,11 @@ _End: TypeAlias = tuple[Base, Moved]
 
 
 def _level(end: _End) -> float:
-    return end[1][0]
+    return _first(end[1])
+
+
+def _first(moved: Moved) -> float:
+    return moved[0]
 
 
 def _thinned(starts: Sequence[Tried]) -> list[Tried]:
