@@ -45,11 +45,17 @@ class Base:
         self._starts = (
             [] if there is None or not free else [np.linalg.qr(o)[0] for o in there.own]
         )
-        slopes = [] if there is None else [s[..., : base.x.size] for s in there.slopes]
+        count = own.spread.size
         columns = [
-            self._without_starts(i, s).reshape(-1, base.x.size) for i, s in enumerate(slopes)
+            self._without_starts(i, s).reshape(-1, count)
+            for i, s in enumerate([] if there is None else there.slopes)
         ]
-        self._slopes = np.concatenate([*columns, np.zeros((0, base.x.size))])
+        table = np.concatenate([*columns, np.zeros((0, count))])
+        of_tests = slice(count - at.of_tests.size, count)
+        self._tests = table[:, of_tests]
+        square = self._tests.T @ self._tests + np.diag(own.spread[of_tests] ** -2.0)
+        self._told = np.linalg.solve(square, self._tests.T)
+        self._slopes = self._without_tests(table[:, : base.x.size])
         self._rows = np.zeros(0) if state is None else self._flat(state[0])
         self._prior = np.diag(1.0 / own.spread[: base.x.size])
 
@@ -73,7 +79,14 @@ class Base:
 
     def _flat(self, stacks: Sequence[FloatArray]) -> FloatArray:
         each = (self._without_starts(i, rows[..., None]) for i, rows in enumerate(stacks))
-        return np.concatenate([rows.ravel() for rows in each])
+        return self._without_tests(np.concatenate([rows.ravel() for rows in each]))
+
+    def _without_tests(self, rows: FloatArray) -> FloatArray:
+        """Return (n_residuals, ...) rows without what each test may have of its own.
+
+        A constant of the force, say, that a fit without the effect found to imitate it.
+        """
+        return np.asarray(rows - self._tests @ (self._told @ rows))
 
     def tried(
         self, starts: Sequence[tuple[Hypothesis, FloatArray]]

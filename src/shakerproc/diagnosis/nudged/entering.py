@@ -11,14 +11,18 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.starts import Group, Tried, as_in_file, beyond, own_starts
 
-FOLLOWED: Final = (12, 12, 6)
+FOLLOWED: Final = (12, 12)
 """Laws in joints that are followed by steps, one time after the other: of those that leave
 least so far, moved and as they are, beside the best in every joint [-]."""
+
+FITTED: Final = 6
+"""Of these so many are fitted by all their numbers and those of the tests at last [-]."""
 
 STEPPED: Final = 2
 """Starts of each that are followed, moved along straight lines; the best as it is, too [-]."""
@@ -62,7 +66,7 @@ def entered(
             ends[group] = sorted([*ends[group], *more], key=_level)[:STEPPED]
     for most in FOLLOWED[1:]:
         _step(ends, _promising(ends, most))
-    return _as_fits(ends), failed
+    return _as_fits(ends, _promising(ends, FITTED)), failed
 
 
 def _bases(on: Fit) -> list[Base]:
@@ -114,15 +118,21 @@ def _step(ends: dict[Group, list["_End"]], groups: Sequence[Group]) -> None:
         ends[group] = sorted(moved, key=_level)[:1]
 
 
-def _as_fits(ends: dict[Group, list["_End"]]) -> dict[Group, Fit]:
-    """Return the fits of laws where they are."""
-    fits = {group: _as_fit(*own[0]) for group, own in ends.items() if own}
+def _as_fits(ends: dict[Group, list["_End"]], near: Sequence[Group] = ()) -> dict[Group, Fit]:
+    """Return the fits of laws where they are; some go on from there by all their numbers."""
+    fits = {
+        group: _as_fit(*own[0], rounds=STEPS if group in near else 0)
+        for group, own in ends.items()
+        if own
+    }
     return {group: one for group, one in fits.items() if one is not None}
 
 
-def _as_fit(base: Base, moved: Moved) -> Fit | None:
+def _as_fit(base: Base, moved: Moved, *, rounds: int) -> Fit | None:
     on = base.fit
-    return fit(on.data, *moved[1:], on.windows, rounds=0, channels=on.channels)
+    return fit(
+        on.data, *moved[1:], on.windows, rounds=rounds, channels=on.channels, step=FARTHEST_STEP
+    )  # fmt: skip
 
 
 _End: TypeAlias = tuple[Base, Moved]
