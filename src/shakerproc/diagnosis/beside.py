@@ -132,8 +132,7 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
     base = Base(on, looked_at)
     best: list[Moved] = []
     for starts in own_starts(on, known).values():
-        tried = base.tried([start for start in starts if _goes_on(on, start[1])])
-        best += [moved for moved, _ in tried[:1]]
+        best += base.best([start for start in starts if _goes_on(on, start[1])])[:1]
     best.sort(key=lambda moved: moved[0])
     first = [
         fit(campaign.data, hypothesis, x, looked_at, rounds=FIRST, channels=on.channels)

@@ -88,15 +88,10 @@ class Base:
         """
         return np.asarray(rows - self._tests @ (self._told @ rows))
 
-    def tried(
-        self, starts: Sequence[tuple[Hypothesis, FloatArray]]
-    ) -> list[tuple[Moved, Moved]]:
-        """Return each start moved along straight lines, and as it is; the best moved first.
-
-        Without those that run away. Straight lines may lead nowhere.
-        """
-        both = [one for start in starts if (one := self._moved(*start)) is not None]
-        return sorted(both, key=lambda one: one[0][0])
+    def best(self, starts: Sequence[tuple[Hypothesis, FloatArray]]) -> list[Moved]:
+        """Return starts by what they leave, without those that run away."""
+        moved = [one for start in starts if (one := self._moved(*start)) is not None]
+        return sorted(moved, key=lambda one: one[0])
 
     def stepped(self, hypothesis: Hypothesis, x: FloatArray, rounds: int) -> Moved | None:
         """Return where steps from a start lead, the slopes by the base's numbers as they are.
@@ -156,18 +151,17 @@ class Base:
         blocks = np.array_split(rows**2, max(1, round(rows.size / own.block)))
         return float(np.mean([np.log1p(np.mean(b)) for b in blocks]))
 
-    def _moved(self, hypothesis: Hypothesis, x: FloatArray) -> tuple[Moved, Moved] | None:
-        """Return a start with the base's numbers moved, and as it is; None if it runs away."""
+    def _moved(self, hypothesis: Hypothesis, x: FloatArray) -> Moved | None:
+        """Return a start with the base's numbers moved; None if it runs away."""
         own = Linearisation(self.fit.data, hypothesis, self._windows)
         here = self._residual(own, x)
         if here is None or not np.isfinite(here[0]):
             return None
-        as_it_is = (here[0], hypothesis, x)
         own_numbers = np.array_equal(x[: self.fit.x.size], self.fit.x)
         if not own_numbers or hypothesis.own != self.fit.hypothesis.own:
-            return as_it_is, as_it_is
+            return here[0], hypothesis, x
         rows, there = self._projected(hypothesis, x, here[1])
-        return (self._level(own, rows), hypothesis, there), as_it_is
+        return self._level(own, rows), hypothesis, there
 
     def _projected(
         self, hypothesis: Hypothesis, x: FloatArray, rows: FloatArray

@@ -18,14 +18,14 @@ from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.starts import Group, Tried, as_in_file, beyond, own_starts
 
 FOLLOWED: Final = (12, 12)
-"""Laws in joints that are followed by steps, one time after the other: of those that leave
-least so far, moved and as they are, beside the best in every joint [-]."""
+"""Laws in joints that are followed by steps, one time after the other, of those that leave
+least so far, beside the best in every joint [-]."""
 
 FITTED: Final = 6
 """Of these so many are fitted by all their numbers and those of the tests at last [-]."""
 
 STEPPED: Final = 2
-"""Starts of each that are followed, moved along straight lines; the best as it is, too [-]."""
+"""Starts of each that are followed [-]."""
 
 STEPS: Final = 3
 """Steps that are followed each time [-]."""
@@ -53,17 +53,17 @@ def entered(
     every = own_starts(on, known)
     for group, starts in every.items():
         say(f"{group[0]} between {' and '.join(group[1])}")
-        begun = [(base, base.tried(_of(base, starts))) for base in bases]
-        begun.append((bases[-1], bases[-1].tried(_in_wells(on, starts))))
-        ends[group] = _chosen(begun)
+        begun = [end for base in bases for end in _begun(base, _of(base, starts))]
+        begun += _begun(bases[-1], _in_wells(on, starts))
+        ends[group] = sorted(begun, key=_level)[:STEPPED]
         if not ends[group]:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
     _step(ends, _promising(ends, FOLLOWED[0]))
     simple = _as_fits(ends)
     for group in every:
         if richer := beyond(group, known, simple):
-            more = _chosen([(bases[0], bases[0].tried(richer))])
-            ends[group] = sorted([*ends[group], *more], key=_level)[:STEPPED]
+            begun = [*ends[group], *_begun(bases[0], richer)]
+            ends[group] = sorted(begun, key=_level)[:STEPPED]
     for most in FOLLOWED[1:]:
         _step(ends, _promising(ends, most))
     return _as_fits(ends, _promising(ends, FITTED)), failed
@@ -91,23 +91,15 @@ def _in_wells(on: Fit, starts: Sequence[Tried]) -> list[Tried]:
     return [one for one in starts if one[0].own != on.hypothesis.own]
 
 
-def _chosen(tried: Sequence[tuple[Base, list[tuple[Moved, Moved]]]]) -> list["_End"]:
-    """Return the best of starts that were moved, and of each base the best as it is."""
-    moved = [(base, one) for base, own in tried for one, _ in own]
-    as_they_are = [
-        (base, min((one for _, one in own), key=_first)) for base, own in tried if own
-    ]
-    return [*sorted(moved, key=_level)[:STEPPED], *as_they_are]
+def _begun(base: Base, starts: Sequence[Tried]) -> list["_End"]:
+    return [(base, moved) for moved in base.best(starts)]
 
 
 def _promising(ends: dict[Group, list["_End"]], most: int) -> list[Group]:
     """Return the laws in joints that leave least so far, the best in every joint among them."""
-    moved = {group: _level(own[0]) for group, own in ends.items() if own}
-    least = {group: min(map(_level, own)) for group, own in ends.items() if own}
-    order = sorted(least, key=lambda group: least[group])
+    order = sorted((group for group in ends if ends[group]), key=lambda g: _level(ends[g][0]))
     first = {group[1]: group for group in reversed(order)}
-    by_lines = sorted(moved, key=lambda group: moved[group])[:most]
-    return list(dict.fromkeys([*by_lines, *order[:most], *first.values()]))
+    return list(dict.fromkeys([*order[:most], *first.values()]))
 
 
 def _step(ends: dict[Group, list["_End"]], groups: Sequence[Group]) -> None:
@@ -140,11 +132,7 @@ _End: TypeAlias = tuple[Base, Moved]
 
 
 def _level(end: _End) -> float:
-    return _first(end[1])
-
-
-def _first(moved: Moved) -> float:
-    return moved[0]
+    return end[1][0]
 
 
 def _thinned(starts: Sequence[Tried]) -> list[Tried]:
