@@ -50,7 +50,6 @@ def diagnosed(folder, law):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="a race of half a second names the drag, with another number")
 def test_drag_is_named_with_its_number(tmp_path):
     found = diagnosed(tmp_path, lambda v: 12.0 * v + 150.0 * v * abs(v))
     (drag,) = found.effects

@@ -1,6 +1,6 @@
 """Data and model that all hypotheses about a campaign share."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
@@ -15,7 +15,7 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.residual_slopes import RUNAWAY
 from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.hypotheses.joints import Known, identifications, joints_of, scales_of
-from shakerproc.diagnosis.nudged.race import RUNS_AWAY, held
+from shakerproc.diagnosis.nudged.race import RUNS_AWAY, Raced, held, raced
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model, Scale
 
@@ -85,6 +85,14 @@ def own_numbers(campaign: Campaign, linear_model: LinearModel | None = None) -> 
     if found is None:
         raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
     return found
+
+
+def raced_alone(
+    campaign: Campaign, linear_model: LinearModel, known: Known, say: Callable[[str], None]
+) -> Raced:
+    """Return the effects that last in a race on top of the linear model, of those known."""
+    none = hypothesis_of(campaign.data.model)
+    return raced(campaign.data, none, as_in(none, linear_model.model), known, say)
 
 
 def as_it_is(original: Model, linear: Fit) -> Fit:

@@ -1,7 +1,7 @@
 """Component tests: the motion is imposed, so that every law's force along it is known.
 
-Where to start is told by a regression of the measured force on each law's; there is no motion
-to predict, so that whole tests are the only form and no window needs a start.
+There is no motion to predict, so that whole tests are the only form, every nudging rate is the
+same and no window needs a start.
 """
 
 from collections.abc import Callable, Sequence

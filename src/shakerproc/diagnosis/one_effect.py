@@ -6,9 +6,15 @@ from functools import cached_property
 from typing import final
 
 from shakerproc.diagnosis import component_tests
-from shakerproc.diagnosis.campaign import Campaign, as_it_is, campaign_of, own_numbers
+from shakerproc.diagnosis.campaign import (
+    Campaign,
+    as_it_is,
+    campaign_of,
+    own_numbers,
+    raced_alone,
+)
 from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.estimation.beginnings import as_in, as_table
+from shakerproc.diagnosis.estimation.beginnings import as_table
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual, without_driven
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
@@ -21,7 +27,7 @@ from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import identifications, scales_of
 from shakerproc.diagnosis.mode_beside import with_modes_beside
-from shakerproc.diagnosis.nudged.race import Raced, held, raced
+from shakerproc.diagnosis.nudged.race import Raced, held
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
@@ -122,10 +128,8 @@ def _fitted(
         say("a force without a name")
         fits = _tables(campaign, wanted)
     else:
-        none = linear.hypothesis
-        x = as_in(none, linear_model.model)
-        one = raced(campaign.data, none, x, sought(campaign, wanted), say)
-        fits = _of_kind(one, wanted)
+        known = sought(campaign, wanted)
+        fits = _of_kind(raced_alone(campaign, linear_model, known, say), wanted)
     best = _best(fits, wanted)
     say("at the horizon")
     campaign = replace(campaign, data=best.data)

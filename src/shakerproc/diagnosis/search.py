@@ -6,11 +6,10 @@ from functools import cached_property
 from typing import Final, final
 
 from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
-from shakerproc.diagnosis.campaign import campaign_of, own_numbers
+from shakerproc.diagnosis.campaign import campaign_of, own_numbers, raced_alone
 from shakerproc.diagnosis.data import Test
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.differing import alone, scales_between, where_tests_differ
-from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.correction import (
     corrected,
     explains,
@@ -31,7 +30,6 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.more_effects import with_more
-from shakerproc.diagnosis.nudged.race import raced
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
@@ -126,7 +124,7 @@ class Begun:
     Attributes
     ----------
     found : Found
-        Without and with one effect, or two that hide each other.
+        Without and with one effect.
     outcome : Outcome
         The same at the horizon.
     """
@@ -189,9 +187,7 @@ def _begun(
         outcome = at_the_horizon(campaign, linear, [], say)
         one = told(original, linear_model, outcome, {}, ())
     else:
-        none = linear.hypothesis
-        x = as_in(none, linear_model.model)
-        last = raced(campaign.data, none, x, campaign.known, say)
+        last = raced_alone(campaign, linear_model, campaign.known, say)
         campaign = replace(campaign, data=last.base.data)
         outcome = at_the_horizon(campaign, last.base, last.fits, say)
         one = told(original, linear_model, outcome, last.failed, last.left)

@@ -67,6 +67,11 @@ class Addition:
         """The free coordinates, in order."""
         return tuple(self.identification.free)
 
+    @property
+    def words(self) -> dict[str, str]:
+        """Words that tell its variant by name: the side of a stop."""
+        return {name: value for name, value in self.fixed.items() if isinstance(value, str)}
+
     def values(self, x: FloatArray) -> dict[str, float]:
         """Return coordinates in SI units from transformed ones."""
         free = self.identification.free.items()

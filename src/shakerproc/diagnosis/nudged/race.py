@@ -32,7 +32,6 @@ MOST: Final = 6
 FIRST: Final = 2
 """Steps of the first fit of each law: what it is worth shows by then [-]."""
 
-
 RUNS_AWAY: Final = (
     "its motion runs away in every test; check stiffness, damping and masses of the model."
 )
@@ -186,8 +185,7 @@ def _as_recorded(base: Fit, fits: list[Fit]) -> tuple[Fit, list[Fit]]:
 
 def _group(one: Fit) -> Group:
     added = one.hypothesis.added[-1]
-    words = tuple(v for v in added.fixed.values() if isinstance(v, str))
-    return added.kind, added.between, words
+    return added.kind, added.between, tuple(added.words.values())
 
 
 def _best_of_each(fits: Sequence[Fit]) -> tuple[Fit, ...]:

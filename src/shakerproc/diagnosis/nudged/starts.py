@@ -31,7 +31,7 @@ def own_starts(on: Fit, known: Known) -> dict[Group, list[Tried]]:
                 continue
             for values in law.starts:
                 one = addition(kind, joint, law, values)
-                groups.setdefault((kind, joint, _words(values)), []).extend([
+                groups.setdefault((kind, joint, tuple(one.words.values())), []).extend([
                     _with(on, one, values, on.x),
                     _with(on, one, values, as_in_file(on.hypothesis, on.x)),
                     *_in_wells(on, one, values),
@@ -67,13 +67,9 @@ def extended(
     *before, own = ended.hypothesis.parts(ended.x)
     beside = replace(ended.hypothesis, added=tuple(others))
     for values in contained.extend({**last.fixed, **last.values(own)}):
-        if words is None or _words(values) == words:
-            one = addition(kind, last.between, law, values)
+        one = addition(kind, last.between, law, values)
+        if words is None or tuple(one.words.values()) == words:
             yield beside.with_added(one), np.concatenate([*before, one.transformed(values)])
-
-
-def _words(values: Values) -> tuple[str, ...]:
-    return tuple(v for v in values.values() if isinstance(v, str))
 
 
 def as_in_file(hypothesis: Hypothesis, x: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from shakerproc.errors import SimulationError
 
 def hidden_of(
     found: Found, fit: Fit, named: tuple[Sequence[Finding], Mapping[str, Estimate]],
-    comparisons: Comparisons | None, verdict: str,
+    comparisons: Comparisons | None, verdict: str, *, seed: int,
 ) -> tuple[HiddenJoint, ...]:  # fmt: skip
     """Return motion and force of hidden joints in the loudest test, of the model proposed.
 
@@ -33,6 +33,8 @@ def hidden_of(
         Models beside the tests; nothing is told without.
     verdict : str
         What is said: nothing is drawn where no model is proposed.
+    seed : int
+        Of the numbers that are drawn.
     """
     known = found.before.hypothesis.model
     is_proposed = comparisons is not None and verdict in {"effect found", "nothing missing"}
@@ -46,5 +48,5 @@ def hidden_of(
     loudest = max(tests, key=lambda one: float(np.std(one.prediction.input)))
     if not loudest.not_told:
         return ()
-    drawn = numbers_of(fit).drawn(DRAWS, np.random.default_rng(0))
+    drawn = numbers_of(fit).drawn(DRAWS, np.random.default_rng(seed))
     return hidden_joints(model, [replace(one, modes=known.modes) for one, _ in drawn], loudest)

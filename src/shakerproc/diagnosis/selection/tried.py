@@ -8,7 +8,6 @@ import numpy as np
 from shakerproc.diagnosis import headline, wording
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.estimation.intervals import estimates, numbers, numbers_off
-from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.joint_outcomes import Outside
@@ -54,18 +53,13 @@ def untried(found: Found) -> list[Tried]:
     """Return effects that fell behind, with what they left where runs were held as then."""
     return [
         Tried(
-            "+".join(one.hypothesis.kinds), one.hypothesis.added[-1].between, None, None,
-            _words(one), float(np.sqrt(one.chi_square)),
+            "+".join(one.hypothesis.kinds), last.between, None, None,
+            {name: Estimate(word, None, None, "") for name, word in last.words.items()},
+            float(np.sqrt(one.chi_square)),
         )
         for one in sorted(found.behind, key=lambda one: one.chi_square)
+        for last in one.hypothesis.added[-1:]
     ]  # fmt: skip
-
-
-def _words(one: Fit) -> dict[str, Estimate]:
-    """Return words that distinguish variants of an effect: the side of a stop."""
-    fixed = one.hypothesis.added[-1].fixed
-    words = {name: value for name, value in fixed.items() if isinstance(value, str)}
-    return {name: Estimate(word, None, None, "") for name, word in words.items()}
 
 
 def errors_among(found: Found, chosen: Score) -> tuple[tuple[Simulated, Simulated], Errors]:

@@ -133,7 +133,7 @@ def judged(
         modes=_further_modes(found),
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
-        hidden=hidden_of(found, fit, (effects, linear), told_by, verdict),
+        hidden=hidden_of(found, fit, (effects, linear), told_by, verdict, seed=seed),
         confidence=shared(probability_of(scores), standing) if sure else None,
         scores=scores,
         seed=seed,
