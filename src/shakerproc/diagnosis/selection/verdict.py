@@ -94,11 +94,7 @@ def judged(
     complete = not (leaves_more(found, chosen) or apart)
     left = Where() if complete else _where(found, chosen, after)
     if outside:
-        verdict, sentence, effects = (
-            "outside library",
-            outside_text(found, effects, own),
-            [],
-        )
+        verdict, sentence, effects = "outside library", outside_text(found, effects, own), []
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
