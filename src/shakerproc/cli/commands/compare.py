@@ -103,8 +103,8 @@ def compare(
         older, older_hash = read_hashed(read_model, before)
         documents.insert(0, ("model", before, older_hash))
     if shaken.excitation.role is None:
-        compared = (shaken, older, campaign)
-        _decays(folder, compared, documents, fit=fit, figures=figures, json=json, pdf=pdf)
+        three = (shaken, older, campaign)
+        _decays(folder, three, documents, fit=fit, figures=figures, json=json, pdf=pdf)
         return
     once = output.Once()
     output.messages(structure_sentences(shaken))
