@@ -8,19 +8,15 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.least_squares import Fit
-from shakerproc.diagnosis.estimation.normal_equations import LONGEST_STEP
 from shakerproc.diagnosis.estimation.parts import Windows
 from shakerproc.diagnosis.estimation.point import Point
-from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP, Linearisation
+from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
 from shakerproc.diagnosis.hypotheses.hypothesis import Hypothesis
 from shakerproc.errors import ModelError
 from shakerproc.simulation.assembly import assemble
 
 _SCALES: Final = (-0.9, 9.0)
 """Changes of the force of an effect that its start may be given, over that force [-]."""
-
-SHARES: Final = (1.0, 0.3, 0.1)
-"""Shares of a step that are tried, one after the other [-]."""
 
 Moved: TypeAlias = tuple[float, Hypothesis, FloatArray]
 """Level of a start with the base's numbers moved, its hypothesis, and where it is then."""
@@ -92,48 +88,6 @@ class Base:
         """Return starts by what they leave, without those that run away."""
         moved = [one for start in starts if (one := self._moved(*start)) is not None]
         return sorted(moved, key=lambda one: one[0])
-
-    def stepped(self, hypothesis: Hypothesis, x: FloatArray, rounds: int) -> Moved | None:
-        """Return where steps from a start lead, the slopes by the base's numbers as they are.
-
-        Only those by the effect's own numbers are taken anew: a few runs for each step, however
-        many numbers the model has. None where it runs away. `x` are its coordinates [-].
-        """
-        own = Linearisation(self.fit.data, hypothesis, self._windows)
-        here = self._residual(own, x)
-        if here is None:
-            return None
-        level, rows = here
-        for _ in range(rounds):
-            step = self._step(own, x, rows)
-            for share in SHARES:
-                tried = np.clip(x + share * step, own.low, own.high)
-                found = self._residual(own, tried)
-                if found is not None and found[0] < level:
-                    x, (level, rows) = tried, found
-                    break
-            else:
-                break
-        return level, hypothesis, x
-
-    def _step(self, own: Linearisation, x: FloatArray, rows: FloatArray) -> FloatArray:
-        """Return the step of least squares, blocks weighted as the cost is."""
-        n = self.fit.x.size
-        columns = [*self._slopes.T]
-        for i in range(n, x.size):
-            change = FARTHEST_STEP if x[i] + FARTHEST_STEP <= own.high[i] else -FARTHEST_STEP
-            there = self._residual(own, x + change * np.eye(x.size)[i])
-            columns.append(np.zeros_like(rows) if there is None else (there[1] - rows) / change)
-        table = np.column_stack(columns)
-        blocks = np.array_split(rows**2, max(1, round(rows.size / own.block)))
-        weight = np.concatenate([
-            np.full(b.size, 1.0 / np.sqrt(1.0 + b.mean())) for b in blocks
-        ])
-        prior = np.column_stack([self._prior, np.zeros((n, x.size - n))])
-        left = np.concatenate([weight * rows, self._prior @ x[:n]])
-        slopes = np.concatenate([weight[:, None] * table, prior])
-        step = np.linalg.lstsq(slopes, -left, rcond=1e-6)[0]
-        return np.asarray(np.clip(step, -LONGEST_STEP, LONGEST_STEP))
 
     def _residual(self, own: Linearisation, x: FloatArray) -> tuple[float, FloatArray] | None:
         """Return the level of a place and the residual there; None where it runs away."""

@@ -4,31 +4,28 @@ A window that begins anew has a start for every mode, more of them than there ar
 model that is held needs none.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Final, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.estimation.least_squares import Fit, fit
+from shakerproc.diagnosis.estimation.least_squares import Fit, fit, gone_on
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.starts import Group, Tried, as_in_file, beyond, own_starts
 
-FOLLOWED: Final = (12, 12)
-"""Laws in joints that are followed by steps, one time after the other, of those that leave
-least so far, beside the best in every joint [-]."""
+FITTED: Final = 12
+"""Laws in joints that are fitted, of those that leave least so far, beside the best in every
+joint [-]."""
 
-FITTED: Final = 6
-"""Of these so many are fitted by all their numbers and those of the tests at last [-]."""
+FROM: Final = 2
+"""Starts of each that are fitted [-]."""
 
-STEPPED: Final = 2
-"""Starts of each that are followed [-]."""
-
-STEPS: Final = 3
-"""Steps that are followed each time [-]."""
+STEPS: Final = 2
+"""Steps of such a fit; those that still leave least then take as many again [-]."""
 
 APART: Final = 0.2
 """Change of a coordinate from which on a start is another one [-]."""
@@ -43,30 +40,33 @@ def entered(
 ) -> tuple[dict[Group, Fit], dict[str, str]]:
     """Return effects in every joint at the first rate, and why others failed.
 
-    Starts of all are compared; those that leave least are followed, and laws that contain these
-    begin where they ended, too. The slopes by the model's own numbers are those without any
-    effect, so that a law takes as few runs in a structure of many modes as in one mass.
+    Starts of all are compared, each in one run (see `Base`); those that leave least are
+    fitted, and laws that contain these begin where they ended, too.
     """
     bases = _bases(on)
     failed: dict[str, str] = {}
-    ends: dict[Group, list[_End]] = {}
+    ends: dict[Group, list[Moved]] = {}
     every = own_starts(on, known)
     for group, starts in every.items():
         say(f"{group[0]} between {' and '.join(group[1])}")
-        begun = [end for base in bases for end in _begun(base, _of(base, starts))]
-        begun += _begun(bases[-1], _in_wells(on, starts))
-        ends[group] = sorted(begun, key=_level)[:STEPPED]
+        begun = [one for base in bases for one in base.best(_of(base, starts))]
+        begun += bases[-1].best(_in_wells(on, starts))
+        ends[group] = sorted(begun, key=_level)[:FROM]
         if not ends[group]:
             failed[" ".join((group[0], *group[2]))] = "its motion runs away"
-    _step(ends, _promising(ends, FOLLOWED[0]))
-    simple = _as_fits(ends)
+    say("the best of them")
+    fits: dict[Group, Fit] = {}
+    _fit_the_best(on, ends, fits)
     for group in every:
-        if richer := beyond(group, known, simple):
-            begun = [*ends[group], *_begun(bases[0], richer)]
-            ends[group] = sorted(begun, key=_level)[:STEPPED]
-    for most in FOLLOWED[1:]:
-        _step(ends, _promising(ends, most))
-    return _as_fits(ends, _promising(ends, FITTED)), failed
+        old = [] if group in fits else ends[group]
+        begun = [*old, *bases[0].best(beyond(group, known, fits))]
+        ends[group] = sorted(begun, key=_level)[:FROM]
+    _fit_the_best(on, ends, fits)
+    for group, begun in ends.items():
+        there = _fitted(on, begun[0], rounds=0) if begun and group not in fits else None
+        if there is not None:
+            fits[group] = there
+    return fits, failed
 
 
 def _bases(on: Fit) -> list[Base]:
@@ -91,48 +91,32 @@ def _in_wells(on: Fit, starts: Sequence[Tried]) -> list[Tried]:
     return [one for one in starts if one[0].own != on.hypothesis.own]
 
 
-def _begun(base: Base, starts: Sequence[Tried]) -> list["_End"]:
-    return [(base, moved) for moved in base.best(starts)]
-
-
-def _promising(ends: dict[Group, list["_End"]], most: int) -> list[Group]:
-    """Return the laws in joints that leave least so far, the best in every joint among them."""
-    order = sorted((group for group in ends if ends[group]), key=lambda g: _level(ends[g][0]))
+def _fit_the_best(
+    on: Fit, ends: Mapping[Group, Sequence[Moved]], fits: dict[Group, Fit]
+) -> None:
+    """Fit the laws in joints that leave least so far, from new starts and where they ended."""
+    levels = {group: [one[0] for one in begun] for group, begun in ends.items()}
+    for group, one in fits.items():
+        levels[group].append(one.level)
+    order = sorted((g for g in levels if levels[g]), key=lambda g: min(levels[g]))
     first = {group[1]: group for group in reversed(order)}
-    return list(dict.fromkeys([*order[:most], *first.values()]))
+    for group in dict.fromkeys([*order[:FITTED], *first.values()]):
+        tried = [_fitted(on, one, rounds=STEPS) for one in ends[group]]
+        if group in fits:
+            tried.append(gone_on(fits[group], rounds=STEPS))
+        there = [one for one in tried if one is not None]
+        if there:
+            fits[group] = min(there, key=lambda one: one.level)
 
 
-def _step(ends: dict[Group, list["_End"]], groups: Sequence[Group]) -> None:
-    """Let laws go on by steps from where they are, to one end of each."""
-    for group in groups:
-        tried = [(base, base.stepped(own, x, STEPS)) for base, (_, own, x) in ends[group]]
-        moved = [(base, one) for base, one in tried if one is not None]
-        ends[group] = sorted(moved, key=_level)[:1]
-
-
-def _as_fits(ends: dict[Group, list["_End"]], near: Sequence[Group] = ()) -> dict[Group, Fit]:
-    """Return the fits of laws where they are; some go on from there by all their numbers."""
-    fits = {
-        group: _as_fit(*own[0], rounds=STEPS if group in near else 0)
-        for group, own in ends.items()
-        if own
-    }
-    return {group: one for group, one in fits.items() if one is not None}
-
-
-def _as_fit(base: Base, moved: Moved, *, rounds: int) -> Fit | None:
-    on = base.fit
+def _fitted(on: Fit, moved: Moved, *, rounds: int) -> Fit | None:
     return fit(
         on.data, *moved[1:], on.windows, rounds=rounds, channels=on.channels, step=FARTHEST_STEP
     )  # fmt: skip
 
 
-_End: TypeAlias = tuple[Base, Moved]
-"""Where steps have led, and whose slopes they follow."""
-
-
-def _level(end: _End) -> float:
-    return end[1][0]
+def _level(moved: Moved) -> float:
+    return moved[0]
 
 
 def _thinned(starts: Sequence[Tried]) -> list[Tried]:

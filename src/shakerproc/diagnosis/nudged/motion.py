@@ -97,7 +97,8 @@ _MEASURED: WeakKeyDictionary[DataSet, tuple[FloatArray, ...]] = WeakKeyDictionar
 def _measured(data: DataSet, seen: Seen) -> tuple[FloatArray, ...]:
     if data not in _MEASURED:
         sees = _sees(data, seen)
-        _MEASURED[data] = tuple(sees @ motion for motion in data.motions)
+        # sample by sample, as the stepper reads them: it takes no copy then
+        _MEASURED[data] = tuple(np.asfortranarray(sees @ own) for own in data.motions)
     return _MEASURED[data]
 
 

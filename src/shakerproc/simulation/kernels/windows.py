@@ -70,10 +70,11 @@ def held_until(nudges: Nudges, first: int) -> int:
 @inner
 def nudge(
     machine: Machine, nudges: Nudges, sample: int, time: float, period: float, series: Series
-) -> None:
+) -> bool:
     """Move the motion in order 0 towards the measurement at a sample.
 
-    The input at this instant stands in order 0 of `w`; `period` is that of the samples [s].
+    Return whether all lines stay on their branches, none of which sticks. The input at this
+    instant stands in order 0 of `w`; `period` is that of the samples [s].
     """
     n, n_lines = machine.mass.size, machine.lines.shape[0]
     held = False
@@ -89,10 +90,14 @@ def nudge(
     for k in range(2 * n):
         for i in range(nudges.apart.size):
             series.y[k, 0] += nudges.gain[k, i] * nudges.apart[i]
+    stays = not held
     for row in range(n_lines):
+        mode = machine.mode[row, 0]
         _go_on(machine, row, period, series)
+        stays = stays and machine.mode[row, 0] == mode
     if held:
         settle(machine, time, series)
+    return stays
 
 
 @inlined
@@ -197,7 +202,8 @@ def _walk(
                 series, carried, motion, accelerations, n, n_y,
             )  # fmt: skip
         if j == end:
-            _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
+            if not _nudge_here(machine, nudges, pieces, j, stride, sample, series, until):
+                carried.warm[0] = 0.0
             continue
         reached = careful(
             machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
@@ -233,14 +239,17 @@ def _nudge_here(
     sample: float,
     series: Series,
     until: int,
-) -> None:
-    """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`."""
+) -> bool:
+    """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`.
+
+    Return whether lines stay on their branches.
+    """
     if j % stride != 0 or j > until * stride:
-        return
+        return True
     series.w[0] = 0.0
     for k in range(pieces.shape[1]):
         series.w[0] += pieces[j - 1, k]
-    nudge(machine, nudges, j // stride, j * sample, stride * sample, series)
+    return nudge(machine, nudges, j // stride, j * sample, stride * sample, series)
 
 
 @compiled
@@ -313,7 +322,7 @@ def walk_windows(
                 series.y[i, 0] = starts[window, i]
                 finite = finite and abs(series.y[i, 0]) < LARGEST
                 scales[i] = max(least[i], abs(series.y[i, 0]))
-            failed[window] = not finite
+            failed[window], carried.warm[0] = not finite, 0.0
             cursor[2], cursor[3] = first * stride, 0
             if finite:
                 at_end = cursor[2] == pieces.shape[0]
