@@ -16,6 +16,8 @@ from shakerproc.diagnosis.estimation.richer_laws import FIRST_ROUNDS
 from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.hypothesis import Addition, Hypothesis, addition
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.nudged.ladder import ladder_of
+from shakerproc.diagnosis.nudged.race import ENTERED
 from shakerproc.diagnosis.selection.scores import (
     FAR,
     Score,
@@ -65,8 +67,9 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
     """Return a fit with each law that an effect contains in its place, and without one of two.
 
     The richer law may have been fitted alone, or have reached a least value that the simpler
-    one missed: that begins with the numbers whose richer law is nearest, and those that it
-    contains with its own. One that is far behind after a few steps is left out.
+    one missed: that begins with the numbers whose richer law is nearest, or from a start of
+    its own, whichever leaves less while it is held. One that is far behind after a few steps
+    is left out.
 
     Parameters
     ----------
@@ -78,6 +81,7 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
         Laws that may be missing.
     """
     waiting, fits = [found], dict[frozenset[tuple[str, Joint]], Fit]()
+    held = ladder_of(data)[0].windows.some(ENTERED)
     tried = {found.hypothesis.names}
     while waiting:
         richer = waiting.pop()
@@ -85,11 +89,8 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
             if hypothesis.names in tried:
                 continue
             tried.add(hypothesis.names)
-            x = (
-                min(begun, key=lambda x: _level(richer, hypothesis, x))
-                if begun[1:]
-                else begun[0]
-            )
+            levels = [level_at(data, hypothesis, one, held, richer.channels) for one in begun]
+            x = begun[int(np.argmin(levels))]
             try:
                 starts = _starts(richer, hypothesis, x)
             except ModelError:  # no model can begin so
@@ -132,11 +133,6 @@ def _contained(found: Fit, known: Known) -> Iterator[tuple[Hypothesis, list[Floa
                     if {**v, **one.fixed} == v
                 ],
             )
-
-
-def _level(found: Fit, other: Hypothesis, x: FloatArray) -> float:
-    """Return the level of another law in the windows of a fit, as it is."""
-    return level_at(found.data, other, x, found.windows, found.channels)
 
 
 def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:
