@@ -50,9 +50,6 @@ class Carried(NamedTuple):
         Displacement, velocity, acceleration, state and its rate, at start and end.
     y : (4, any) array
         Motion at the start, at the end, at the end without carried forces; and the input.
-    warm : (2,) array
-        Whether the last part ends where the next one begins, if that is not 0; and how
-        corrections shrink.
     """
 
     force: FloatArray
@@ -62,7 +59,6 @@ class Carried(NamedTuple):
     law: FloatArray
     line: FloatArray
     y: FloatArray
-    warm: FloatArray
 
 
 def room_to_carry(n_motions: int, n_forces: int, degree: int) -> Carried:
@@ -75,7 +71,6 @@ def room_to_carry(n_motions: int, n_forces: int, degree: int) -> Carried:
         np.zeros((n_forces, 4, SERIES_TERMS)),
         np.zeros((2, n_forces, 5)),
         np.zeros((4, max(n_motions, degree + 1))),
-        np.zeros(2),
     )
 
 
@@ -284,34 +279,6 @@ def set_out(
         room.force[f, 4], room.force[f, 5] = 0.0, 0.0
         room.now[f, 0], room.now[f, 1] = room.force[f, 0], room.force[f, 1]
         room.now[f, 2], room.now[f, 3] = room.rate[f, 0], room.rate[f, 1]
-
-
-@inner
-def go_on(
-    machine: Machine,
-    store: Store,
-    slot: int,
-    time: float,
-    step: float,
-    series: Series,
-    room: Carried,
-    n: int,
-    n_y: int,
-) -> None:
-    """Take forces and rates at the start of a part anew: the motion was moved there.
-
-    The part before moves with it by as much: what is bent by both its ends stays smooth.
-    """
-    for i in range(n_y):
-        series.y[i, 0] = room.y[FROM, i]
-    series.w[0], series.w[1] = room.y[INPUT, 0], room.y[INPUT, 1]
-    ask(machine, store, slot, time, step, 2, 0, series, room, n, n_y)
-    note(machine, store, 0, room.y[FROM], series, room, n)
-    for f in range(room.now.shape[0]):
-        for k in range(2):
-            room.was[f, k] += room.law[f, FORCE, k] - room.now[f, k]
-            room.now[f, k] = room.law[f, FORCE, k]
-            room.now[f, 2 + k] = room.law[f, RATE, k]
 
 
 @inlined

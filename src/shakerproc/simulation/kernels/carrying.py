@@ -29,7 +29,6 @@ from shakerproc.simulation.kernels.carried_forces import (
     bend_rate,
     correct_states,
     extend,
-    go_on,
     keep,
     note,
     set_out,
@@ -268,10 +267,7 @@ def carry(
     n: int,
     n_y: int,
 ) -> tuple[int, float]:
-    """Carry the motion on until an event is near; as `exact.fast` does.
-
-    Where `room.warm` is not 0, it was carried until here, and at most moved since.
-    """
+    """Carry the motion on until an event is near; as `exact.fast` does."""
     n_c, y = pieces.shape[1], room.y
     slot = slot_of(machine, store)
     parts, step = store.parts[slot], store.part[slot]
@@ -279,18 +275,14 @@ def carry(
     fastest = scales[n]
     for i in range(n_y):
         y[FROM, i] = series.y[i, 0]
-    warm, shrinking = room.warm[0] != 0.0, room.warm[1]
-    k_out, wait, part, moved = j // stride - before, stride - j % stride, 0, warm
+    shrinking = _UNKNOWN
+    k_out, wait, part, warm = j // stride - before, stride - j % stride, 0, False
     while j < stop:
         shift(pieces, j, part / parts, 1.0 / parts, y[INPUT])
         time = (j + part / parts) * sample
-        if moved:
-            go_on(machine, store, slot, time, step, series, room, n, n_y)
-            moved = False
         if warm:
             extend(room)
         else:
-            shrinking = _UNKNOWN
             set_out(machine, store, slot, time, step, series, room, n, n_y, n_c)
         _predict(store, slot, step, room, n, n_y, n_c)
         settled, shrinking = _settle(
@@ -327,5 +319,4 @@ def carry(
                     fastest = size
     for i in range(n_y):
         series.y[i, 0] = y[FROM, i]
-    room.warm[0], room.warm[1] = 1.0 if j == stop else 0.0, shrinking
     return j, part / parts

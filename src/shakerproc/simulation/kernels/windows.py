@@ -70,11 +70,10 @@ def held_until(nudges: Nudges, first: int) -> int:
 @inner
 def nudge(
     machine: Machine, nudges: Nudges, sample: int, time: float, period: float, series: Series
-) -> bool:
+) -> None:
     """Move the motion in order 0 towards the measurement at a sample.
 
-    Return whether all lines stay on their branches, none of which sticks. The input at this
-    instant stands in order 0 of `w`; `period` is that of the samples [s].
+    The input at this instant stands in order 0 of `w`; `period` is that of the samples [s].
     """
     n, n_lines = machine.mass.size, machine.lines.shape[0]
     held = False
@@ -90,14 +89,10 @@ def nudge(
     for k in range(2 * n):
         for i in range(nudges.apart.size):
             series.y[k, 0] += nudges.gain[k, i] * nudges.apart[i]
-    stays = not held
     for row in range(n_lines):
-        mode = machine.mode[row, 0]
         _go_on(machine, row, period, series)
-        stays = stays and machine.mode[row, 0] == mode
     if held:
         settle(machine, time, series)
-    return stays
 
 
 @inlined
@@ -202,8 +197,7 @@ def _walk(
                 series, carried, motion, accelerations, n, n_y,
             )  # fmt: skip
         if j == end:
-            if not _nudge_here(machine, nudges, pieces, j, stride, sample, series, until):
-                carried.warm[0] = 0.0
+            _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
             continue
         reached = careful(
             machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
@@ -239,17 +233,14 @@ def _nudge_here(
     sample: float,
     series: Series,
     until: int,
-) -> bool:
-    """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`.
-
-    Return whether lines stay on their branches.
-    """
+) -> None:
+    """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`."""
     if j % stride != 0 or j > until * stride:
-        return True
+        return
     series.w[0] = 0.0
     for k in range(pieces.shape[1]):
         series.w[0] += pieces[j - 1, k]
-    return nudge(machine, nudges, j // stride, j * sample, stride * sample, series)
+    nudge(machine, nudges, j // stride, j * sample, stride * sample, series)
 
 
 @compiled
@@ -322,7 +313,7 @@ def walk_windows(
                 series.y[i, 0] = starts[window, i]
                 finite = finite and abs(series.y[i, 0]) < LARGEST
                 scales[i] = max(least[i], abs(series.y[i, 0]))
-            failed[window], carried.warm[0] = not finite, 0.0
+            failed[window] = not finite
             cursor[2], cursor[3] = first * stride, 0
             if finite:
                 at_end = cursor[2] == pieces.shape[0]
