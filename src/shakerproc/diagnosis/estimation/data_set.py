@@ -246,7 +246,14 @@ class DataSet:
 
     def largest_across(self, joint: tuple[str, str]) -> float:
         """Return the largest displacement of the second place less that of the first [m]."""
-        return max(float(np.max(np.abs(one.displacement))) for one in self.across(joint))
+        if joint not in self._largest:
+            each = [np.max(np.abs(one.displacement)) for one in self.across(joint)]
+            self._largest[joint] = float(max(each))
+        return self._largest[joint]
+
+    @cached_property
+    def _largest(self) -> dict[tuple[str, str], float]:
+        return {}
 
     @cached_property
     def noise(self) -> tuple[FloatArray, ...]:
@@ -273,7 +280,7 @@ _WHATEVER_DRAWN: Final = frozenset({"sways", "sway_pieces", "offsets"})
 
 _WHATEVER_COMPARED: Final = frozenset({
     "inputs", "input_sizes", "constant_spreads", "kept", "motions", "motion_sizes",
-    "frequency", "lengths", "_across", "noise", *_WHATEVER_DRAWN,
+    "frequency", "lengths", "_across", "_largest", "noise", *_WHATEVER_DRAWN,
 })  # fmt: skip
 """What was computed of a data set and does not depend on how accelerations are compared."""
 
