@@ -9,7 +9,7 @@ UV := $(BIN)/uv pip
 # where it is set, each of some hundred processes of the tests compiles every module anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test tests quick long check check_code lint types simulate free_runs more docs oldest benchmark verdicts fuzz
+.PHONY: demo test tests quick long check check_code lint types laws runs more docs oldest benchmark verdicts fuzz
 .PHONY: blind chaos healthy real clean
 
 # uv takes a fifth of the time of pip, which does where uv cannot be had or reach anything; the demo
@@ -34,7 +34,7 @@ demo: $(CORE)  ## the main job on sample_data, then the hidden gap
 # of their names: no fixture is made twice, and what takes long does not come last; linear algebra
 # of two processes on two cores takes one thread each
 test:  ## everything that CI runs; the manual is built by a test
-	$(MAKE) --no-print-directory --jobs 3 simulate free_runs more
+	$(MAKE) --no-print-directory --jobs 3 laws runs more
 	$(MAKE) --no-print-directory --jobs 2 tests check_code
 
 tests: $(READY)
@@ -59,10 +59,10 @@ lint: $(READY)
 types: $(READY)
 	$(BIN)/mypy
 
-simulate free_runs: $(CORE)  ## compiled once, before two processes of the tests would both do so
+laws runs: $(CORE)  ## compiled once, before two processes of the tests would both do so
 	$(BIN)/python -m tests.kernels $@
 
-more: $(READY) simulate  ## the same for what only tests need
+more: $(READY) laws runs  ## the same for what only tests need
 	$(BIN)/python -m tests.kernels $@
 
 docs: $(READY)  ## the manual, to read: build/site/index.html

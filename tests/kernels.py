@@ -36,13 +36,13 @@ def more():
     )
 
 
-def simulate():
-    """Compile what `simulate` needs, and the laws with memory along a motion."""
-    first_calls.call_simulate()
+def laws():
+    """Compile propagators, and the laws with memory along a motion."""
+    first_calls.call_propagators()
     first_calls.call_along()
 
 
-PARTS = {"simulate": simulate, "free_runs": first_calls.call_free_runs, "more": more}
+PARTS = {"laws": laws, "runs": first_calls.call_free_runs_by_series, "more": more}
 """Parts that processes compile side by side; the first two need no package of the tests."""
 
 if __name__ == "__main__":

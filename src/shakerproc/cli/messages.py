@@ -28,7 +28,7 @@ _FROM: Final = (
 
 _AHEAD: Final = (
     _FROM + "first.call_free_runs_by_series()",
-    _FROM + "first.call_simulate(); first.call_along()",
+    _FROM + "first.call_propagators(); first.call_along()",
 )
 """What `compare` and `diagnose` need, in halves that two processes compile side by side."""
 

@@ -7,10 +7,11 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final, TypeVar, cast, final
 
+from llvmlite import binding
 from numba import njit
-from numba.core import typed_passes, untyped_passes
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, CompilerBase
+from numba.core import config, typed_passes, untyped_passes
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager
 from numba.core.types import Type, unliteral
 
@@ -78,6 +79,47 @@ class _PartCompiler(CompilerBase):
         return [steps]
 
 
+@final
+class _Kernel(JITCodeLibrary):
+    """A kernel with all its parts, whose loops are left as loops.
+
+    They are short (motions, orders of a series) and their lengths are not known: copies of
+    them made three times the code, which took three times as long to make and was no quicker.
+    """
+
+    def _optimize_final_module(self) -> None:
+        """Let numba optimise, with its own passes but those that copy loops."""
+        codegen = self._codegen
+        codegen._pass_builder = partial(_builder, codegen._tm)
+        try:
+            super()._optimize_final_module()
+        finally:
+            del codegen._pass_builder
+
+
+def _builder(machine: object, **options: Any) -> object:
+    """Return what builds LLVM's passes, without unrolling of loops."""
+    wishes = binding.create_pipeline_tuning_options()
+    wishes.speed_level = options.get("opt", config.OPT)
+    wishes.loop_unrolling = False
+    wishes.loop_vectorization = False
+    wishes.slp_vectorization = options.get("slp_vectorize", config.SLP_VECTORIZE)
+    return binding.create_pass_builder(machine, wishes)
+
+
+@final
+class _KernelCompiler(CompilerBase):
+    """Numba's compiler, for kernels."""
+
+    def define_pipelines(self) -> list[object]:
+        """Return the steps of numba; they fill the library that they find."""
+        state = self.state
+        library: Any = _Kernel
+        state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(state)]
+
+
 _STEPS = (
     "_ensure_finalized",
     "_finalize_dynamic_globals",
@@ -85,7 +127,11 @@ _STEPS = (
     "_optimize_final_module",
     "_verify_declare_only_symbols",
 )
-_KNOWN = all(_PASSES) and all(hasattr(JITCodeLibrary, step) for step in _STEPS)
+_KNOWN = (
+    all(_PASSES)
+    and all(hasattr(JITCodeLibrary, step) for step in _STEPS)
+    and hasattr(JITCPUCodegen, "_pass_builder")
+)
 _PART: Callable[..., Callable[..., object]] = partial(
     njit,
     pipeline_class=_PartCompiler if _KNOWN else Compiler,
@@ -95,15 +141,22 @@ _PART: Callable[..., Callable[..., object]] = partial(
     no_cfunc_wrapper=True,
     _nrt=False,
 )
+_KERNEL: Callable[..., Callable[..., object]] = partial(
+    njit,
+    pipeline_class=_KernelCompiler if _KNOWN else Compiler,
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
 _PACKAGE = Path(__file__).parent.parent
-_KERNEL = re.compile(r"shakerproc\.(\w+)\.kernels(?:\.| import )(\w+)")
+_MODULE = re.compile(r"shakerproc\.(\w+)\.kernels(?:\.| import )(\w+)")
 
 
 @cache
 def _sources(path: Path) -> frozenset[Path]:
     """Return a kernel file and all kernel files that it imports, however far down."""
     found = {path}
-    for room, module in _KERNEL.findall(path.read_text(encoding="utf-8")):
+    for room, module in _MODULE.findall(path.read_text(encoding="utf-8")):
         folder = _PACKAGE / room / "kernels"
         alone = folder.with_suffix(".py")  # kernels of a room that has few
         found |= _sources(alone if alone.exists() else folder / f"{module}.py")
@@ -128,7 +181,7 @@ def compiled(function: Function) -> Function:
     """
     path = Path(function.__code__.co_filename)
     function.__qualname__ = f"{function.__qualname__}_{_fingerprint(path)}"
-    return cast("Function", njit(cache=True, error_model="numpy", nogil=True)(function))
+    return cast("Function", _KERNEL(function))
 
 
 def inner(function: Function) -> Function:

@@ -15,10 +15,9 @@ from shakerproc.models.effects import (
     Series,
     Spring,
 )
-from shakerproc.simulation.assembly import MOST_LINES
+from shakerproc.simulation.assembly import MOST_LINES, assemble, build_store
 from shakerproc.simulation.free_runs import Runs, free_runs
 from shakerproc.simulation.inputs import prepare
-from shakerproc.simulation.response import simulate
 
 RATE = 500.0
 """Samples per second of the small joint's shaking [Hz]."""
@@ -32,9 +31,9 @@ def joint_with_play(stops: int = 1) -> Model:
     return Model("joint", {"coupon": 1.0}, joint, Excitation("base acceleration"), {})
 
 
-def call_simulate() -> None:
-    """Simulate a moment, as `simulate` and `rehearse` do at length."""
-    simulate(joint_with_play(), _shaking(), RATE, growth=False)
+def call_propagators() -> None:
+    """Make the propagators of a joint with play, as all that runs it does first."""
+    build_store(assemble(joint_with_play()).machine, 1.0 / RATE, 1)
 
 
 def call_free_runs(stops: int = 1) -> None:

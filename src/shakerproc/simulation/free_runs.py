@@ -21,7 +21,13 @@ from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import Nudges, walk_windows
-from shakerproc.simulation.response import dop853_tableau, impose, least_sizes
+from shakerproc.simulation.response import (
+    dop853_tableau,
+    free,
+    impose,
+    least_sizes,
+    room_for_steps,
+)
 from shakerproc.simulation.window_sensing import WindowMotion, base_motion, has_jumps, sense
 
 ROWS: Final = 2**15
@@ -29,6 +35,10 @@ ROWS: Final = 2**15
 
 PATIENCE: Final = 3e4
 """Steps around switchings after which it returns in any case; so many take 0.1 s or so."""
+
+MOST_STEPS: Final = 10.0
+"""Steps around switchings for each sample of a window, on average, past which it has failed: a
+hundred times what chattering friction takes, and seconds for a test."""
 
 MOST_PARTS: Final = 300
 """Parts of a sample, by the fastest rate of a linear branch, past which a run has failed: such
@@ -144,7 +154,7 @@ class Walk:
         nudged : (2 n, any) array, optional
             Set to how far each displacement [m] and velocity [m/s] is nudged.
         """
-        held = free(self._system) if nudges is None else nudges
+        held = free(len(self._system.names)) if nudges is None else nudges
         room = self._room(given)
         if room is None:
             return np.ones(placed.first.size, np.bool_)
@@ -198,10 +208,10 @@ class Walk:
         least[: own.size] = own
         return walk_windows(
             system.machine, room.store, system.analytic, dop853_tableau(), given.pieces,
-            given.part, given.stride, windows, starts, least, self._tolerance,
+            given.part, given.stride, 1, windows, starts, least, self._tolerance,
             room.series, room.steps, room.carried, room.work, cursor, failed,
             room.motion[kept:], room.acceleration[kept:], np.zeros(7),
-            PATIENCE / len(system.names) ** 2, nudges,
+            PATIENCE / len(system.names) ** 2, MOST_STEPS, nudges,
         )  # fmt: skip
 
 
@@ -219,12 +229,6 @@ class _Room:
     acceleration: FloatArray
 
 
-def free(system: System) -> Nudges:
-    """Return the nudges of a run that is free: none."""
-    n = 2 * len(system.names)
-    return Nudges(np.zeros((0, 0)), np.zeros((0, n)), np.zeros((n, 0)), 0, np.zeros(0))
-
-
 def _moved(nudges: Nudges, rows: FloatArray, samples: Places) -> FloatArray:
     """Return how far each row of a motion is nudged, (n_rows, 2 n) array."""
     seen = rows[:, : nudges.sees.shape[1]] @ nudges.sees.T
@@ -237,7 +241,7 @@ def _room_for(system: System, store: Store, degree: int) -> _Room:
     return _Room(
         store,
         room_for_series(system.machine, system.n_states),
-        np.zeros((4, n_y + n + 4 * n_lines + degree + 33)),
+        room_for_steps(system.machine, n_y, degree),
         room_to_carry(n_y, store.push.shape[2], degree),
         np.zeros((WORK_ROWS, n_y + 2 * n_lines + 1)),
         np.zeros((ROWS + 1, n_y)),

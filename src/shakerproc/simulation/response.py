@@ -15,9 +15,10 @@ from shakerproc.models.model import BASE, Measures, Model, Sensor
 from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.assembly import System, assemble, branches_of, build_store, no_store
 from shakerproc.simulation.inputs import Input, as_input, prepare_long
+from shakerproc.simulation.kernels.carried_forces import room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS, integrate_dop853
-from shakerproc.simulation.kernels.exact import DONE, STUCK, integrate
 from shakerproc.simulation.kernels.table import Machine, Store, room_for_series
+from shakerproc.simulation.kernels.windows import DONE, STUCK, Nudges, walk_windows
 from shakerproc.simulation.pieces import ROUNDING, Chirp, InterpolationError, Signal
 
 SENSITIVE_GROWTH: Final = 1e4
@@ -222,6 +223,7 @@ def integrated(
     return velocity[::stride], displacement[::stride]
 
 
+_NO_TABLEAU = np.zeros((15, 13))
 _DISTURBANCE = 1e-10
 _FINEST_DOP853 = 1e-13
 _ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
@@ -362,8 +364,9 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     series = room_for_series(machine, first.size - 2 * n)
     series.y[:, 0] = first
     motion, relative = np.empty((n_samples, first.size)), np.empty((n_samples, len(series.a)))
-    room = np.zeros((4, first.size + n + 4 * n_lines + given.pieces.shape[1] + 32))
-    room[3, : 2 * n] = least_sizes(machine, given, float(np.max(np.abs(given.pieces[:, 0]))))
+    least = np.zeros(first.size)
+    least[: 2 * n] = least_sizes(machine, given, float(np.max(np.abs(given.pieces[:, 0]))))
+    work = np.zeros((WORK_ROWS, first.size + 2 * n_lines + 1))
     stats = np.zeros(7)
     fresh = machine._replace(
         mode=np.zeros_like(machine.mode),
@@ -371,17 +374,19 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
         stack=np.zeros_like(machine.stack),
     )
     if case.by_series:
-        integrate(
-            fresh, case.store, given.pieces, given.part, given.stride, given.span,
-            case.tolerance, series,
-            room, motion, relative, stats,
+        degree = given.pieces.shape[1] - 1
+        whole = np.array([[0, n_samples]])
+        walk_windows(
+            fresh, case.store, case.by_series, _NO_TABLEAU, given.pieces, given.part,
+            given.stride, given.span, whole, first[None, :], least, case.tolerance, series,
+            room_for_steps(machine, first.size, degree), room_to_carry(first.size, 0, degree),
+            work, np.zeros(4, np.int64), np.zeros(1, np.bool_), motion, relative, stats,
+            np.inf, np.inf, free(n),
         )  # fmt: skip
     else:
-        work = np.zeros((WORK_ROWS, first.size + 2 * n_lines + 1))
         integrate_dop853(
             fresh, dop853_tableau(), given.pieces, given.part, given.stride,
-            max(case.tolerance, _FINEST_DOP853), series, work, room[3, : first.size],
-            motion, relative, stats,
+            max(case.tolerance, _FINEST_DOP853), series, work, least, motion, relative, stats,
         )  # fmt: skip
     if stats[0] != DONE:
         how = "the steps become too small" if stats[0] == STUCK else "the motion runs away"
@@ -390,6 +395,17 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
             f"parameters, and the level of the excitation."
         )
     return motion, relative, stats
+
+
+def room_for_steps(machine: Machine, n_motions: int, degree: int) -> FloatArray:
+    """Return room for numbers in a row, as `walk_windows` needs it."""
+    n, n_lines = machine.mass.size, len(machine.lines)
+    return np.zeros((4, n_motions + n + 4 * n_lines + degree + 33))
+
+
+def free(n: int) -> Nudges:
+    """Return the nudges of a run of n masses that is free: none."""
+    return Nudges(np.zeros((0, 0)), np.zeros((0, 2 * n)), np.zeros((2 * n, 0)), 0, np.zeros(0))
 
 
 def least_sizes(machine: Machine, given: Input, largest: float) -> FloatArray:

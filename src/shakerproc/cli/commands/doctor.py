@@ -221,7 +221,6 @@ def _simulation() -> float:
 
     from shakerproc.simulation import first_calls, simulate
 
-    first_calls.call_simulate()
     first_calls.call_free_runs()
     model = first_calls.joint_with_play()
     shaking = np.random.default_rng(1).standard_normal(15_001)

@@ -327,7 +327,7 @@ def integrate_dop853(
     accelerations: FloatArray,
     stats: FloatArray,
 ) -> None:
-    """Fill in the motion at the ends of the samples; as `exact.integrate` does.
+    """Fill in the motion at the ends of the samples; status and time as `windows` tells them.
 
     Parameters
     ----------

@@ -1,17 +1,11 @@
-"""The driver: exact propagators where nothing switches, Taylor series around switchings."""
-
-from typing import Final
+"""Exact propagators where nothing switches, and rows of the results."""
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import compiled, inlined, inner
+from shakerproc.models.compiled import inlined
 from shakerproc.simulation.kernels.modes import wall
-from shakerproc.simulation.kernels.motion import accelerate, begin
+from shakerproc.simulation.kernels.motion import accelerate
 from shakerproc.simulation.kernels.table import LAW, Machine, Series, Store
-from shakerproc.simulation.kernels.taylor import careful, shift, slot_of
-
-DONE: Final = 0
-STUCK: Final = 1
-DIVERGED: Final = 2
+from shakerproc.simulation.kernels.taylor import shift, slot_of
 
 
 @inlined
@@ -151,133 +145,3 @@ def record(
         motion[k, i] = series.y[i, 0]
     for i in range(series.a.shape[0]):
         accelerations[k, i] = series.a[i, 0]
-
-
-@inner
-def _walk(
-    machine: Machine,
-    store: Store,
-    pieces: FloatArray,
-    sample: float,
-    stride: int,
-    span: int,
-    tolerance: float,
-    series: Series,
-    room: FloatArray,
-    motion: FloatArray,
-    accelerations: FloatArray,
-    stats: FloatArray,
-) -> None:
-    """Carry the motion on from sample 0 to the end, as `integrate` says."""
-    scales = room[3]
-    linear = store.parts.size > 0
-    n, n_y = machine.mass.size, series.y.shape[0]
-    j, passed = 0, 0.0
-    while j < pieces.shape[0]:
-        if linear and n == 1 and n_y == 2:  # known numbers make it a third quicker
-            j, passed = fast(
-                machine, store, pieces, j, pieces.shape[0], stride, 0, scales, series, room[0],
-                room[1],
-                motion, accelerations, 1, 2,
-            )  # fmt: skip
-        elif linear:
-            j, passed = fast(
-                machine, store, pieces, j, pieces.shape[0], stride, 0, scales, series, room[0],
-                room[1],
-                motion, accelerations, n, n_y,
-            )  # fmt: skip
-        if linear and j == pieces.shape[0]:
-            break
-        reached = careful(
-            machine,
-            store,
-            True,
-            pieces,
-            j,
-            passed,
-            sample,
-            scales,
-            tolerance,
-            series,
-            room[2],
-            room[1],
-            stats,
-            span,
-            motion,
-            accelerations,
-        )
-        if reached < 1.0:
-            stats[0] = STUCK if abs(series.y[0, 0]) < 1e100 else DIVERGED
-            stats[5] = (j + reached) * sample
-            return
-        j += 1
-        passed = 0.0
-        if j % stride == 0 and j * span // stride < motion.shape[0]:
-            series.w[0] = 0.0
-            for k in range(pieces.shape[1]):
-                series.w[0] += pieces[j - 1, k]
-            row = j * span // stride
-            record(machine, j * sample, series, motion, accelerations, row)
-    stats[5] = j * sample
-    if not abs(series.y[0, 0]) < 1e100:
-        stats[0] = DIVERGED
-
-
-@compiled
-def integrate(
-    machine: Machine,
-    store: Store,
-    pieces: FloatArray,
-    sample: float,
-    stride: int,
-    span: int,
-    tolerance: float,
-    series: Series,
-    room: FloatArray,
-    motion: FloatArray,
-    accelerations: FloatArray,
-    stats: FloatArray,
-) -> None:
-    """Fill in the motion at the ends of the samples.
-
-    Parameters
-    ----------
-    machine : Machine
-        The model; its branches are set first.
-    store : Store
-        Propagators, or one without slots where some law is not piecewise linear.
-    pieces : (n_pieces, degree + 1) array
-        Input over each sample, in powers of the share of it that has passed; degree >= 1.
-    sample : float
-        Length of a sample [s].
-    stride : int
-        How many pieces lie between the rows of the results.
-    span : int
-        How many rows of the results a piece covers; 1 where there are propagators.
-    tolerance : float
-        Truncation of a series, as a share of the largest motion so far [-].
-    series : Series
-        Order 0 of `y` holds the motion at the start; the rest is room.
-    room : (4, any) array
-        Room for as many numbers in a row as there are orders, motions or events; the last row
-        holds the least size of each motion that errors are compared with.
-    motion : (n_pieces // stride + 1, n_y) array
-        Set: displacements [m], velocities [m/s] and states, relative to the base.
-    accelerations : (n_pieces // stride + 1, n) array
-        Set: relative to the base [m/s^2].
-    stats : (7,) array
-        Zeros; set to status, number of switchings, sum of truncation errors of displacement
-        [m], number of series, steps forced past events, time reached [s], and sum of
-        truncation errors of velocity [m/s].
-    """
-    scales = room[3]
-    for i in range(series.y.shape[0]):
-        if abs(series.y[i, 0]) > scales[i]:
-            scales[i] = abs(series.y[i, 0])
-    series.w[0] = pieces[0, 0]
-    begin(machine, series)
-    record(machine, 0.0, series, motion, accelerations, 0)
-    _walk(
-        machine, store, pieces, sample, stride, span, tolerance, series, room, motion,
-        accelerations, stats,
-    )  # fmt: skip

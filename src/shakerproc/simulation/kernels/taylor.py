@@ -348,12 +348,14 @@ def careful(
     change: FloatArray,
     stats: FloatArray,
     span: int,
+    before: int,
     motion: FloatArray,
     accelerations: FloatArray,
 ) -> float:
     """Carry the motion in order 0 to the end of an interval, through every event in it.
 
-    Where the interval covers several rows of the results, those inside it are set.
+    Where the interval covers several samples, those inside it are set; the results lack the
+    first `before` samples.
 
     Returns
     -------
@@ -392,8 +394,9 @@ def careful(
         where = at if at < 1.0 else 1.0
         while inside < span and inside < span * (passed + where * good * share):
             past = (inside / span - passed) / (good * share)
-            if j * span + inside < motion.shape[0]:
-                look_in(series, order, past, good, motion, accelerations, j * span + inside)
+            k = j * span + inside - before
+            if k < motion.shape[0]:
+                look_in(series, order, past, good, motion, accelerations, k)
             inside += 1
         for i in range(n_y):
             total = series.y[i, order]

@@ -1,4 +1,4 @@
-"""The driver of many windows of one test, nudged towards the measurement or free."""
+"""The driver of windows of one test, or of all of it, nudged or free."""
 
 from typing import Final, NamedTuple
 
@@ -141,13 +141,20 @@ def _resists(
 LARGEST: Final = 1e100
 """Motion past it has run away [SI]."""
 
-MOST_STEPS: Final = 10
-"""Steps around switchings for each sample of a window, on average, past which it has failed: a
-hundred times what chattering friction takes, and seconds for a test."""
-
 FREE_STEPS: Final = 500
 """So many are free, whatever the length of the window, and so many may fall into one piece of
 the input: a law that takes more is too fast for any sample to tell."""
+
+DONE: Final = 0
+STUCK: Final = 1
+DIVERGED: Final = 2
+
+
+@inlined
+def _give_up(status: int, time: float, stats: FloatArray) -> int:
+    """Return -1, and set why and when a window failed."""
+    stats[0], stats[5] = status, time
+    return -1
 
 
 @inlined
@@ -160,6 +167,7 @@ def _walk(
     j: int,
     stop: int,
     stride: int,
+    span: int,
     before: int,
     sample: float,
     tolerance: float,
@@ -201,26 +209,28 @@ def _walk(
             continue
         reached = careful(
             machine, store, analytic, pieces, j, passed, sample, scales, tolerance, series,
-            room[2], room[1], stats, 1, motion, accelerations,
+            room[2], room[1], stats, span, before, motion, accelerations,
         )  # fmt: skip
         if reached < 1.0 and analytic:
-            return -1
+            status = STUCK if abs(series.y[0, 0]) < LARGEST else DIVERGED
+            return _give_up(status, (j + reached) * sample, stats)
         if reached < 1.0:
             wanted = one_sample(
                 machine, tableau, pieces, j, reached, wanted, sample, tolerance, series, work,
                 scales, stats, FREE_STEPS,
             )  # fmt: skip
-        if not abs(series.y[0, 0]) < LARGEST:
-            return -1
         j += 1
         passed = 0.0
-        if j % stride == 0:
+        if not abs(series.y[0, 0]) < LARGEST:
+            return _give_up(DIVERGED, j * sample, stats)
+        row = j * span // stride - before
+        if j % stride == 0 and row < motion.shape[0]:
             series.w[0] = 0.0
             for k in range(pieces.shape[1]):
                 series.w[0] += pieces[j - 1, k]
-            record(machine, j * sample, series, motion, accelerations, j // stride - before)
+            record(machine, j * sample, series, motion, accelerations, row)
             _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
-    return j if abs(series.y[0, 0]) < LARGEST else -1
+    return j if abs(series.y[0, 0]) < LARGEST else _give_up(DIVERGED, j * sample, stats)
 
 
 @inlined
@@ -252,6 +262,7 @@ def walk_windows(
     pieces: FloatArray,
     sample: float,
     stride: int,
+    span: int,
     windows: NDArray[np.int64],
     starts: FloatArray,
     least: FloatArray,
@@ -266,24 +277,42 @@ def walk_windows(
     accelerations: FloatArray,
     stats: FloatArray,
     patience: float,
+    most: float,
     nudges: Nudges,
 ) -> int:
     """Fill in the next rows of the motion in all windows, one after the other.
 
     Parameters
     ----------
-    machine, store, pieces, sample, stride, tolerance, series, room, stats
-        See `exact.integrate`.
+    machine : Machine
+        The model; its branches are set first.
+    store : Store
+        Propagators, or one without slots where some law is not piecewise linear.
     analytic : bool
         Whether series carry the motion past switchings; otherwise DOP853 does.
     tableau, work
         See `dop853.integrate_dop853`.
+    pieces : (n_pieces, degree + 1) array
+        Input over each piece, in powers of the share of it that has passed; degree >= 1.
+    sample : float
+        Length of a piece [s].
+    stride : int
+        How many pieces lie between the rows of the results.
+    span : int
+        How many rows of the results a piece covers; 1 where there are propagators or several
+        windows, or where the results have not all rows.
     windows : (n_windows, 2) array of int
         First sample and number of samples of each.
     starts : (n_windows, n_y) array
         Motion at the first sample of each.
     least : (n_y,) array
         Least size of each motion that errors are compared with.
+    tolerance : float
+        Truncation of a series, as a share of the largest motion so far [-].
+    series : Series
+        Room.
+    room : (4, any) array
+        Room for as many numbers in a row as there are orders, motions or events.
     carried : Carried
         Room.
     cursor : (4,) array of int
@@ -292,9 +321,16 @@ def walk_windows(
     failed : (n_windows,) array of bool
         Written to; the rows of such a window are left as they are.
     motion, accelerations : (n_rows, n_y) and (n_rows, n) array
-        Set, as many rows as are done.
+        Set, as many rows as are done: displacements [m], velocities [m/s] and states, and
+        accelerations [m/s^2], relative to the base.
+    stats : (7,) array
+        Added to: number of switchings in [1], sum of truncation errors of displacement [m] and
+        of velocity [m/s] in [2] and [6], number of series in [3], steps forced past events in
+        [4]. Of the last window that failed, status in [0] and time [s] in [5].
     patience : float
         Steps outside the propagators after which to return in any case.
+    most : float
+        Steps for each sample of a window, on average, past which it has failed.
     nudges : Nudges
         What the motion is held to.
 
@@ -314,7 +350,7 @@ def walk_windows(
                 finite = finite and abs(series.y[i, 0]) < LARGEST
                 scales[i] = max(least[i], abs(series.y[i, 0]))
             failed[window] = not finite
-            cursor[2], cursor[3] = first * stride, 0
+            cursor[2], cursor[3] = first * stride // span, 0
             if finite:
                 at_end = cursor[2] == pieces.shape[0]
                 last = cursor[2] - 1 if at_end else cursor[2]
@@ -330,15 +366,15 @@ def walk_windows(
             here, steps = first + cursor[1], stats[3]
             reached = _walk(
                 machine, store, analytic, tableau, pieces, cursor[2],
-                (here + rows - 1) * stride, stride, here - row, sample, tolerance, series,
-                room, carried, work, motion, accelerations, stats, patience, nudges,
-                held_until(nudges, first),
+                -(-(here + rows - 1) * stride // span), stride, span, here - row, sample,
+                tolerance, series, room, carried, work, motion, accelerations, stats, patience,
+                nudges, held_until(nudges, first),
             )  # fmt: skip
             cursor[3] += int(stats[3] - steps)
-            if reached < 0 or cursor[3] > MOST_STEPS * count + FREE_STEPS:
+            if reached < 0 or cursor[3] > most * count + FREE_STEPS:
                 failed[window] = True
             else:
-                done = reached // stride - here + 1
+                done = min(reached * span // stride - here + 1, rows)
                 cursor[1] += done
                 cursor[2] = reached
                 row += done
