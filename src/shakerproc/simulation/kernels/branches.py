@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.models.compiled import compiled, inlined
+from shakerproc.models.compiled import compiled, inlined, vectorised
 from shakerproc.simulation.kernels.modes import event
 from shakerproc.simulation.kernels.motion import (
     between,
@@ -172,7 +172,7 @@ def _exponential_less_one(
                 total[i, j] = 2.0 * total[i, j] + other[i, j]
 
 
-@compiled
+@vectorised
 def set_propagators(units: FloatArray, room: FloatArray, store: Store) -> None:
     """Set the fields `slopes` and `step` of a store, the latter less 1.
 
