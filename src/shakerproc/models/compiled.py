@@ -127,11 +127,8 @@ _STEPS = (
     "_optimize_final_module",
     "_verify_declare_only_symbols",
 )
-_KNOWN = (
-    all(_PASSES)
-    and all(hasattr(JITCodeLibrary, step) for step in _STEPS)
-    and hasattr(JITCPUCodegen, "_pass_builder")
-)
+_KNOWN = all(_PASSES) and all(hasattr(JITCodeLibrary, step) for step in _STEPS)
+_TUNED = hasattr(JITCPUCodegen, "_pass_builder")
 _PART: Callable[..., Callable[..., object]] = partial(
     njit,
     pipeline_class=_PartCompiler if _KNOWN else Compiler,
@@ -172,7 +169,7 @@ def compiled(function: Function) -> Function:
     compilation is still good, not at the files of the functions it calls; so the name under
     which it is cached carries a hash of all those files. Kernels call kernels only.
     """
-    return _kernel(function, _KernelCompiler if _KNOWN else Compiler)
+    return _kernel(function, _KernelCompiler if _TUNED else Compiler)
 
 
 def vectorised(function: Function) -> Function:

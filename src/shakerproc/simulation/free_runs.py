@@ -22,6 +22,7 @@ from shakerproc.simulation.kernels.dop853 import WORK_ROWS
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import Nudges, walk_windows
 from shakerproc.simulation.response import (
+    NO_TABLEAU,
     dop853_tableau,
     free,
     impose,
@@ -206,8 +207,9 @@ class Walk:
         least = np.zeros(system.n_motions)
         own = least_sizes(system.machine, given, _largest(given))
         least[: own.size] = own
+        tableau = NO_TABLEAU if system.analytic else dop853_tableau()
         return walk_windows(
-            system.machine, room.store, system.analytic, dop853_tableau(), given.pieces,
+            system.machine, room.store, system.analytic, tableau, given.pieces,
             given.part, given.stride, 1, windows, starts, least, self._tolerance,
             room.series, room.steps, room.carried, room.work, cursor, failed,
             room.motion[kept:], room.acceleration[kept:], np.zeros(7),

@@ -223,7 +223,6 @@ def integrated(
     return velocity[::stride], displacement[::stride]
 
 
-_NO_TABLEAU = np.zeros((15, 13))
 _DISTURBANCE = 1e-10
 _FINEST_DOP853 = 1e-13
 _ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
@@ -244,6 +243,10 @@ def by_series(system: System, solver: Solver) -> bool:
     if solver == "taylor" and not system.analytic:
         raise ValueError("a power that is not whole has no Taylor series at 0; use dop853")
     return solver != "dop853" and system.analytic
+
+
+NO_TABLEAU: Final = np.zeros((15, 13))
+"""In its place, where no law needs that method."""
 
 
 @cache
@@ -377,7 +380,7 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
         degree = given.pieces.shape[1] - 1
         whole = np.array([[0, n_samples]])
         walk_windows(
-            fresh, case.store, case.by_series, _NO_TABLEAU, given.pieces, given.part,
+            fresh, case.store, case.by_series, NO_TABLEAU, given.pieces, given.part,
             given.stride, given.span, whole, first[None, :], least, case.tolerance, series,
             room_for_steps(machine, first.size, degree), room_to_carry(first.size, 0, degree),
             work, np.zeros(4, np.int64), np.zeros(1, np.bool_), motion, relative, stats,
