@@ -15,8 +15,9 @@ from shakerproc.models.effects import (
     Series,
     Spring,
 )
+from shakerproc.models.effects.base import AbstractEffect
 from shakerproc.simulation.assembly import MOST_LINES, assemble, build_store
-from shakerproc.simulation.free_runs import Runs, free_runs
+from shakerproc.simulation.free_runs import Runs, free_runs, largest_states
 from shakerproc.simulation.inputs import prepare
 
 RATE = 500.0
@@ -25,10 +26,12 @@ RATE = 500.0
 
 def joint_with_play(stops: int = 1) -> Model:
     """Return a mass on a damper and a stop to either side, or several such stops."""
-    between = ("base", "coupon")
-    gap = Element(Gap(1000.0, 5e-3), between)
-    joint = (Element(Damper(damping=0.6), between), *(gap,) * stops)
-    return Model("joint", {"coupon": 1.0}, joint, Excitation("base acceleration"), {})
+    return _joint(Damper(damping=0.6), *(Gap(1000.0, 5e-3),) * stops)
+
+
+def _joint(*effects: AbstractEffect) -> Model:
+    elements = tuple(Element(effect, ("base", "coupon")) for effect in effects)
+    return Model("joint", {"coupon": 1.0}, elements, Excitation("base acceleration"), {})
 
 
 def call_propagators() -> None:
@@ -49,14 +52,18 @@ def call_free_runs_by_series() -> None:
 
 
 def call_along() -> None:
-    """Ask the laws with memory for their force along a motion, as `diagnose` does."""
-    displacement = 1e-3 * _shaking()
+    """Ask the laws with memory for their force along a motion, as `diagnose` does.
+
+    And for the largest state of one that saturates differently on its way back.
+    """
+    displacement, saturating = 1e-3 * _shaking(), GeneralBoucWen(500.0, 1e5, 1e6, 1.5)
     for law in (
         LuGreFriction(0.3, 0.45, 0.01, 1e4, 3.0, 0.4), Jenkins(500.0, 0.3), Iwan(500.0, 1e-3),
-        GeneralBoucWen(500.0, 0.0, 1e6, 1.5), Series((Spring(1000.0), Gap(1000.0, 5e-3))),
+        saturating, Series((Spring(1000.0), Gap(1000.0, 5e-3))),
         AttachedMode(0.1, 20.0, 0.01),
     ):  # fmt: skip
         law.force_along(displacement, RATE * displacement, RATE)
+    largest_states(_joint(saturating))
 
 
 def _shaking() -> FloatArray:
