@@ -89,21 +89,21 @@ class _Kernel(JITCodeLibrary):
 
     def _optimize_final_module(self) -> None:
         """Let numba optimise, with its own passes but those that copy loops."""
-        codegen = self._codegen
+        codegen: Any = self._codegen
         codegen._pass_builder = partial(_builder, codegen._tm)
         try:
-            super()._optimize_final_module()
+            super()._optimize_final_module()  # type: ignore[no-untyped-call]
         finally:
             del codegen._pass_builder
 
 
 def _builder(machine: object, **options: Any) -> object:
     """Return what builds LLVM's passes, without unrolling of loops."""
-    wishes = binding.create_pipeline_tuning_options()
-    wishes.speed_level = options.get("opt", config.OPT)
+    wishes, usual = binding.create_pipeline_tuning_options(), cast("Any", config)
+    wishes.speed_level = options.get("opt", usual.OPT)
     wishes.loop_unrolling = False
     wishes.loop_vectorization = False
-    wishes.slp_vectorization = options.get("slp_vectorize", config.SLP_VECTORIZE)
+    wishes.slp_vectorization = options.get("slp_vectorize", usual.SLP_VECTORIZE)
     return binding.create_pass_builder(machine, wishes)
 
 
@@ -115,9 +115,10 @@ class _KernelCompiler(CompilerBase):
         """Return the steps of numba; they fill the library that they find."""
         state = self.state
         library: Any = _Kernel
+        steps: Any = DefaultPassBuilder
         state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
-        return [DefaultPassBuilder.define_nopython_pipeline(state)]
+        return [steps.define_nopython_pipeline(state)]
 
 
 _STEPS = (
