@@ -139,6 +139,44 @@ def test_modes_of_arrays_of_matlab(tmp_path):
     assert found.inputs == ("p1", "p3")
 
 
+POWER = 2.0 + np.cos(LINES / 40.0)
+"""Density of the force [N^2/Hz]."""
+
+
+@pytest.mark.parametrize(
+    ("cross", "auto"),
+    [
+        ("m/s^2*N/Hz", "auto [N^2/Hz]"),
+        ("(m/s^2) N", "PSD [N²]"),
+        ("m/s^2·kN/Hz", "auto [N^2/Hz]"),
+    ],
+)
+def test_cross_and_auto_spectra_of_a_table_are_made_response_functions(tmp_path, cross, auto):
+    path, values = tmp_path / "spectra.csv", accelerance(ALL, [0])
+    tables(path, values[:, 0] * POWER / (1000.0 if "kN" in cross else 1.0), unit=cross)
+    header, *rows = path.read_text().splitlines()
+    header = header.replace(" real", " cross real").replace(" imag", " cross imag")
+    rows = [f"{row},{float(one)!r}" for row, one in zip(rows, POWER, strict=True)]
+    path.write_text("\n".join([f"{header},1/z {auto}", *rows]) + "\n")
+    found = read_functions(path)
+    assert (found.response_units, found.input_units) == (("m/s^2",) * 4, ("N",))
+    assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_cross_and_auto_spectra_of_matlab_are_made_response_functions(tmp_path):
+    path, values = tmp_path / "spectra.mat", accelerance(ALL, [0, 2])
+    both = np.array([POWER, 3.0 * POWER])
+    content = {
+        "f": LINES, "Gyx": np.moveaxis(values * both, -1, 0), "Gxx": both.T,
+        "response_unit": "m/s^2", "input_unit": "N",
+    }  # fmt: skip
+    scipy_io.savemat(path, content)
+    assert_allclose(read_functions(path).values, values, rtol=1e-12)
+    scipy_io.savemat(path, content | {"Gxx": POWER})
+    with pytest.raises(RecordingError, match="auto spectrum of 1 x 1 channels beside"):
+        read_functions(path)
+
+
 def test_the_command_writes_tables_and_report_without_a_log(tmp_path):
     path, out = tmp_path / "plate.uff", tmp_path / "out"
     values = accelerance(ALL, [0])

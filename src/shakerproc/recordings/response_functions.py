@@ -288,8 +288,11 @@ def _of_spectra(
         _common_lines([cross, auto], run)
         with np.errstate(divide="ignore", invalid="ignore"):
             values = cross.values / auto.values
-        unit = cross.input_unit or auto.response_unit
-        one = replace(cross, kind="response function", values=values, input_unit=unit)
+        if cross.input_unit:
+            values *= _si(cross.input_unit, run)[1] / _si(auto.response_unit, run)[1]
+        one = replace(
+            cross, kind="response function", values=values, input_unit=auto.response_unit
+        )
         found[cross.response, cross.input] = one
     told = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
     return found, told * bool(found)
