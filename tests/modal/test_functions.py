@@ -1,7 +1,9 @@
 """Modes of response functions that another program has written; the oracle is a closed form."""
 
+import contextlib
 import json
 
+import h5py
 import numpy as np
 import pytest
 import pyuff
@@ -161,6 +163,37 @@ def test_cross_and_auto_spectra_of_a_table_are_made_response_functions(tmp_path,
     found = read_functions(path)
     assert (found.response_units, found.input_units) == (("m/s^2",) * 4, ("N",))
     assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_arrays_of_matlab_7_3_are_read_with_their_names(tmp_path):
+    """As MATLAB lays them out: axes the other way round, complex numbers as pairs."""
+    path, values = tmp_path / "frf.mat", accelerance(ALL, [0])
+    stored = np.zeros(values.T.shape[::-1], [("real", "f8"), ("imag", "f8")])
+    stored["real"], stored["imag"] = values.real, values.imag
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["H"], file["f"] = stored.swapaxes(0, 1), LINES[:, None]
+        for name, text in {"response_unit": "m/s^2", "input_unit": "N", "inputs": "p1"}.items():
+            file[name] = np.array([[ord(letter)] for letter in text], dtype=np.uint16)
+            file[name].attrs["MATLAB_class"] = np.bytes_("char")
+    found = read_functions(path)
+    assert found.inputs == ("p1",)
+    assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_a_damaged_file_of_matlab_is_read_or_refused_and_ends_nothing(tmp_path):
+    path, rng = tmp_path / "frf.mat", np.random.default_rng(7)
+    content = {"f": LINES[:9], "H": accelerance(ALL, [0]).T[:9, 0], "input_unit": "N"}
+    scipy_io.savemat(path, content | {"response_unit": "m/s^2"})
+    whole, refused = path.read_bytes(), 0
+    for at in rng.integers(128, len(whole), 300):
+        damaged = bytearray(whole)
+        damaged[at] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        with contextlib.suppress(RecordingError):
+            read_functions(path)
+            refused -= 1
+        refused += 1
+    assert refused > 30
 
 
 def test_cross_and_auto_spectra_of_matlab_are_made_response_functions(tmp_path):

@@ -17,13 +17,11 @@ from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.matlab import mat_variables
 from shakerproc.recordings.opening import READERS
 from shakerproc.recordings.raw import RawChannel, RawFile
 from shakerproc.recordings.response_functions import Function, FunctionFile, Kind
-
-LARGEST: Final = 1 << 30
-"""Bytes of a file that is read at once."""
 
 _FREQUENCY: Final = re.compile(
     r"(?:frequency|freq|f)\s*(?:_hz|[\[(]\s*hz\s*[\])])?", re.IGNORECASE
@@ -208,12 +206,7 @@ def read_mat_functions(path: Path, run: str) -> FunctionFile:
     RecordingError
         If it holds no such arrays.
     """
-    from scipy import io as scipy_io
-
-    if path.stat().st_size > LARGEST:
-        raise RecordingError(f"{run}: more than {LARGEST >> 20} MB. Save fewer functions.")
-    with foreign(run, "reading the file"):
-        content: dict[str, Any] = scipy_io.loadmat(path, squeeze_me=False)
+    content = mat_variables(path, run)
     by_name = {name.casefold(): value for name, value in content.items()}
     arrays = {
         what: next((by_name[name] for name in names if name in by_name), None)
@@ -248,7 +241,7 @@ def read_mat_functions(path: Path, run: str) -> FunctionFile:
 
 
 def _is_numeric(array: Any) -> bool:
-    return array is not None and np.asarray(array).dtype.kind in "iufc"
+    return isinstance(array, np.ndarray) and array.dtype.kind in "iufc"
 
 
 def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
@@ -273,8 +266,7 @@ def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
 def _texts(content: Mapping[str, Any], key: str, count: int) -> list[str]:
     """Return the texts of each channel of a side; empty ones where there are none."""
     value = next((content[name] for name in (key, f"{key}s") if name in content), None)
-    array = np.asarray([] if value is None else value).reshape(-1)
-    found = [str(np.asarray(one).reshape(-1)[0]) if np.size(one) else "" for one in array]
+    found = [text.strip() for text in value] if isinstance(value, list) else []
     if len(found) == 1:
         found *= count
     return found if len(found) == count else [""] * count
