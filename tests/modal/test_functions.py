@@ -185,7 +185,7 @@ def test_a_damaged_file_of_matlab_is_read_or_refused_and_ends_nothing(tmp_path):
     content = {"f": LINES[:9], "H": accelerance(ALL, [0]).T[:9, 0], "input_unit": "N"}
     scipy_io.savemat(path, content | {"response_unit": "m/s^2"})
     whole, refused = path.read_bytes(), 0
-    for at in rng.integers(128, len(whole), 300):
+    for at in rng.integers(128, len(whole), 100):
         damaged = bytearray(whole)
         damaged[at] ^= 1 << int(rng.integers(8))
         path.write_bytes(damaged)
@@ -193,7 +193,7 @@ def test_a_damaged_file_of_matlab_is_read_or_refused_and_ends_nothing(tmp_path):
             read_functions(path)
             refused -= 1
         refused += 1
-    assert refused > 30
+    assert refused > 10
 
 
 def test_cross_and_auto_spectra_of_matlab_are_made_response_functions(tmp_path):
