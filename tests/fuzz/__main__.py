@@ -66,7 +66,10 @@ def main() -> int:
     parser.add_argument("--share", type=one_of, default=(1, 1), help="which of how many: 2/7")
     parser.add_argument("--recorders", type=int, default=0, help="mutants of each recorder")
     parser.add_argument(
-        "--only", nargs="*", default=[], help="which of these: mts ods mdf ide famos"
+        "--only",
+        nargs="*",
+        default=[],
+        help="which of these: mts ods rf64 mdf ide famos feather xlsx",
     )
     options = parser.parse_args()
     if options.recorders:

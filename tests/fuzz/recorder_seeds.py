@@ -1,9 +1,11 @@
-"""Small recordings of recorders: RPC III and ATFX of the core, others of the extra."""
+"""Small recordings: RPC III, ATFX and RF64 of the core, others that an extra reads."""
 
 import re
+import struct
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from tests.fuzz.seeds import CHANNELS, N_ROWS, RATE, Seed, numbers, taken
@@ -17,6 +19,9 @@ from tests.recordings.recorder_files import (
 )
 
 from shakerproc.data import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 STATED = (b"DELTA_T", b"SAMPLES", b"FRAMES")
 
@@ -88,8 +93,46 @@ def famos(folder: Path) -> Seed:
     return Seed(path.name, content, CHANNELS, values * STANDARD_GRAVITY, (), stated=stated)
 
 
-CORE: tuple[Callable[[Path], Seed], ...] = (mts, ods)
+def rf64(_: Path) -> Seed:
+    """Two channels of 16 bits, whose sizes stand in a chunk of 64-bit numbers."""
+    counts = np.rint(numbers(30) * 2.0**12).astype("<i2")
+    data, rate = counts.T.tobytes(), int(RATE)
+    sizes = struct.pack("<4sIQQQI", b"ds64", 28, 72 + len(data), len(data), N_ROWS, 0)
+    form = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 2, rate, 4 * rate, 4, 16)
+    later = b"\xff" * 4
+    content = b"RF64" + later + b"WAVE" + sizes + form + b"data" + later + data
+    channels = ("channel 1", "channel 2")
+    return Seed(
+        "whole.rf64", content, channels, counts / 2.0**15 * STANDARD_GRAVITY, (), unit="g"
+    )
+
+
+def table(values: np.ndarray) -> "pd.DataFrame":
+    """Times and two channels with their units in the headers."""
+    import pandas as pd
+
+    columns = {f"{name} [g]": row for name, row in zip(CHANNELS, values, strict=True)}
+    return pd.DataFrame({"time [s]": np.arange(N_ROWS) / RATE} | columns)
+
+
+def feather(folder: Path) -> Seed:
+    """A table with its times, as pandas writes it, packed."""
+    path, values = folder / "whole.feather", numbers(31)
+    table(values).to_feather(path)
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+def xlsx(folder: Path) -> Seed:
+    """A table with its times, as pandas writes it."""
+    path, values = folder / "whole.xlsx", numbers(32)
+    table(values).to_excel(path, index=False)
+    return Seed(path.name, taken(path), CHANNELS, values * STANDARD_GRAVITY, ())
+
+
+CORE: tuple[Callable[[Path], Seed], ...] = (mts, ods, rf64)
 """What writes a seed of a format that needs no package."""
 
-EXTRAS: dict[str, Callable[[Path], Seed]] = {"asammdf": mdf, "idelib": ide, "imctermite": famos}
+EXTRAS: dict[str, Callable[[Path], Seed]] = {
+    "asammdf": mdf, "idelib": ide, "imctermite": famos, "pyarrow": feather, "openpyxl": xlsx,
+}  # fmt: skip
 """What writes a seed, by the package that reads it."""

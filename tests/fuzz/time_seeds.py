@@ -26,6 +26,7 @@ from shakerproc.data import STANDARD_GRAVITY
 
 START = datetime(2024, 3, 5, 23, 59, 59, 960000, tzinfo=UTC)
 """Midnight passes while the rows go by."""
+OPENDAQ = "# domain;unit=seconds;resolution=1/1000;delta=1;origin=1970-01-01;starting_tick=0;"
 LATE = 5
 """Samples by which the second channel starts later, where it does."""
 
@@ -57,6 +58,8 @@ def texts() -> list[Seed]:
              times=stamps("%Y-%m-%d,%H:%M:%S"), start=START),
         text("directions.csv", ["# 1 kHz", "time [s],ch1 (X+) [g],ch2 (Z-) [g]"], 27, ",",
              channels=("ch1 (X+)", "ch2 (Z-)")),
+        text("ticks.csv", [OPENDAQ, 'Domain,"ch1 (g)","ch2 (g)"'], 33, ",",
+             times=[str(1709683199960 + i) for i in range(N_ROWS)]),
     ]  # fmt: skip
 
 

@@ -1,7 +1,9 @@
 """Modes of response functions that another program has written; the oracle is a closed form."""
 
+import contextlib
 import json
 
+import h5py
 import numpy as np
 import pytest
 import pyuff
@@ -137,6 +139,75 @@ def test_modes_of_arrays_of_matlab(tmp_path):
     found = shakerproc.modes(path).found.tests[0]
     check(found.modes)
     assert found.inputs == ("p1", "p3")
+
+
+POWER = 2.0 + np.cos(LINES / 40.0)
+"""Density of the force [N^2/Hz]."""
+
+
+@pytest.mark.parametrize(
+    ("cross", "auto"),
+    [
+        ("m/s^2*N/Hz", "auto [N^2/Hz]"),
+        ("(m/s^2) N", "PSD [N²]"),
+        ("m/s^2·kN/Hz", "auto [N^2/Hz]"),
+    ],
+)
+def test_cross_and_auto_spectra_of_a_table_are_made_response_functions(tmp_path, cross, auto):
+    path, values = tmp_path / "spectra.csv", accelerance(ALL, [0])
+    tables(path, values[:, 0] * POWER / (1000.0 if "kN" in cross else 1.0), unit=cross)
+    header, *rows = path.read_text().splitlines()
+    header = header.replace(" real", " cross real").replace(" imag", " cross imag")
+    rows = [f"{row},{float(one)!r}" for row, one in zip(rows, POWER, strict=True)]
+    path.write_text("\n".join([f"{header},1/z {auto}", *rows]) + "\n")
+    found = read_functions(path)
+    assert (found.response_units, found.input_units) == (("m/s^2",) * 4, ("N",))
+    assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_arrays_of_matlab_7_3_are_read_with_their_names(tmp_path):
+    """As MATLAB lays them out: axes the other way round, complex numbers as pairs."""
+    path, values = tmp_path / "frf.mat", accelerance(ALL, [0])
+    stored = np.zeros(values.T.shape[::-1], [("real", "f8"), ("imag", "f8")])
+    stored["real"], stored["imag"] = values.real, values.imag
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["H"], file["f"] = stored.swapaxes(0, 1), LINES[:, None]
+        for name, text in {"response_unit": "m/s^2", "input_unit": "N", "inputs": "p1"}.items():
+            file[name] = np.array([[ord(letter)] for letter in text], dtype=np.uint16)
+            file[name].attrs["MATLAB_class"] = np.bytes_("char")
+    found = read_functions(path)
+    assert found.inputs == ("p1",)
+    assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_a_damaged_file_of_matlab_is_read_or_refused_and_ends_nothing(tmp_path):
+    path, rng = tmp_path / "frf.mat", np.random.default_rng(7)
+    content = {"f": LINES[:9], "H": accelerance(ALL, [0]).T[:9, 0], "input_unit": "N"}
+    scipy_io.savemat(path, content | {"response_unit": "m/s^2"})
+    whole, refused = path.read_bytes(), 0
+    for at in rng.integers(128, len(whole), 100):
+        damaged = bytearray(whole)
+        damaged[at] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        with contextlib.suppress(RecordingError):
+            read_functions(path)
+            refused -= 1
+        refused += 1
+    assert refused > 10
+
+
+def test_cross_and_auto_spectra_of_matlab_are_made_response_functions(tmp_path):
+    path, values = tmp_path / "spectra.mat", accelerance(ALL, [0, 2])
+    both = np.array([POWER, 3.0 * POWER])
+    content = {
+        "f": LINES, "Gyx": np.moveaxis(values * both, -1, 0), "Gxx": both.T,
+        "response_unit": "m/s^2", "input_unit": "N",
+    }  # fmt: skip
+    scipy_io.savemat(path, content)
+    assert_allclose(read_functions(path).values, values, rtol=1e-12)
+    scipy_io.savemat(path, content | {"Gxx": POWER})
+    with pytest.raises(RecordingError, match="auto spectrum of 1 x 1 channels beside"):
+        read_functions(path)
 
 
 def test_the_command_writes_tables_and_report_without_a_log(tmp_path):

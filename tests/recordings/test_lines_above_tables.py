@@ -3,6 +3,8 @@
 Oracle: the numbers that were written, and the rate that the line says.
 """
 
+from datetime import UTC, datetime
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -123,3 +125,41 @@ def test_two_headers_that_give_the_time_in_two_units_are_no_rate(tmp_path, above
     path.write_text(f"time [sec],a [g]\nt [s],a [g]\n{rows}\n")
     with open_recording(path) as recording:
         assert recording.sample_rate == 1.0
+
+
+DOMAIN = "# domain;unit=seconds;resolution={};delta={};origin={};starting_tick={};\n"
+DAY = datetime(2024, 5, 6, 7, 8, 9, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(
+    ("resolution", "delta", "origin", "tick"),
+    [
+        ("1/2000", 1, "1970-01-01T00:00:00", round(DAY.timestamp()) * 2000),
+        ("1/1000000", 500, "2024-05-06T07:08:00Z", 9_000_000),
+        ("3/6000", 1, "N/A", 12),
+    ],
+)
+def test_what_opendaq_says_of_the_times_is_used(read, resolution, delta, origin, tick):
+    """Its recorder of several signals states the step and the first tick above the headers."""
+    text = DOMAIN.format(resolution, delta, origin, tick) + '"a (g)","b (g)"\n' + ROWS
+    recording, samples = read(text)
+    assert [c.name for c in recording.channels] == ["a", "b"]
+    assert recording.sample_rate == 2000.0
+    assert recording.start_time == (None if origin == "N/A" else DAY)
+    assert_allclose(samples, VALUES * STANDARD_GRAVITY)
+
+
+@pytest.mark.parametrize("name", ["Domain", "Time AI 1"])
+def test_a_column_of_ticks_of_opendaq_is_its_time(read, name):
+    first = round(DAY.timestamp()) * 51_200
+    ticks = [f"{first + 2 * i},{a:.4f}\n" for i, a in enumerate(VALUES[0])]
+    head = f"{name} (s * 51200),a (g)\n"
+    above = ""
+    if name == "Domain":
+        head, above = 'Domain,"a (g)"\n', DOMAIN.format("1/51200", 2, "1970-01-01", first)
+    recording, _ = read(above + head + "".join(ticks))
+    assert [c.name for c in recording.channels] == ["a"]
+    assert recording.sample_rate == 25_600.0
+    assert recording.start_time == DAY
+    with pytest.raises(RecordingError, match="does not advance evenly"):
+        read(above + head + "".join(ticks[:20] + ticks[23:]))

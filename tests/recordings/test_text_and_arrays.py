@@ -869,7 +869,7 @@ def test_every_kind_of_matlab_variable_is_what_scipy_reads(tmp_path, compressed)
         "lines": np.array(["abc", "def"]),
         "inner": {"x": np.arange(3.0), "deep": {"unit": "g"}},
         "empty": np.zeros((0, 3)),
-        "wave": np.array([1.0 + 2.0j]),
+        "wave": np.array([[1.0 + 2.0j, 3.0], [4.0j, 5.5 - 6.0j]]),
         "mixed": np.array([1.0, "x"], object),
     }
     path = tmp_path / "run.mat"
@@ -877,14 +877,13 @@ def test_every_kind_of_matlab_variable_is_what_scipy_reads(tmp_path, compressed)
     oracle = scipy_io.loadmat(path)
     found = dict(matlab.read_variables(memoryview(path.read_bytes()), 1 << 20))
     assert set(found) == set(content)
-    for name in [f"a_{kind}" for kind in kinds] + ["whole", "flag", "empty"]:
+    for name in [f"a_{kind}" for kind in kinds] + ["whole", "flag", "empty", "wave"]:
         assert_array_equal(found[name], oracle[name])
     assert found["words"] == ["one", "two"]
     assert found["line"] == ["one line"]
     assert found["lines"] == ["abc", "def"]
     assert_array_equal(found["inner"]["x"], [[0.0, 1.0, 2.0]])
     assert found["inner"]["deep"] == {"unit": ["g"]}
-    assert found["wave"] is None
     assert found["mixed"] == {"{1}": oracle["mixed"][0, 0], "{2}": ["x"]}
 
 

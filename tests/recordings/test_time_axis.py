@@ -13,6 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 from numpy.testing import assert_allclose
 from pyarrow import parquet
 from scipy import io as scipy_io
+from tests.modal.function_files import copied_table
 
 from shakerproc.data import STANDARD_GRAVITY
 from shakerproc.errors import RecordingError
@@ -210,6 +211,27 @@ def test_a_spectrum_is_refused_as_one(tmp_path):
     ):
         assert "it is a spectrum, not samples over time" in refusal(path)
         assert "Export the samples over time" in refusal(path)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".xlsx", ".parquet"])
+@pytest.mark.parametrize("header", ["frequency [Hz]", "Frequency (Hz)", "Frequenz", "f [Hz]"])
+def test_a_table_over_frequencies_is_a_spectrum_whatever_the_log_says(tmp_path, ending, header):
+    path = tmp_path / "run.csv"
+    lines = [f"{20 + 0.5 * i},{0.1 * i % 0.7:.3f}" for i in range(50)]
+    path.write_text("\n".join([f"{header},control [g]", *lines]) + "\n")
+    path = path if ending == ".csv" else copied_table(path, ending)
+    for rate in (None, 1000.0):
+        told = refusal(path, rate)
+        assert "channel 'control' is no recording: it is a spectrum" in told
+
+
+def test_a_measured_frequency_is_a_channel(tmp_path):
+    """It does not rise with every sample."""
+    path = tmp_path / "run.csv"
+    rows = [f"{20 + i * i % 31},{0.1 * i % 0.7:.3f}" for i in range(50)]
+    path.write_text("\n".join(["frequency [Hz],control [g]", *rows]) + "\n")
+    with open_recording(path, sample_rate=1000.0) as found:
+        assert [c.name for c in found.channels] == ["frequency", "control"]
 
 
 def test_a_spectrum_beside_a_recording_is_left_out(tmp_path):

@@ -84,7 +84,8 @@ class LinesSource(SampleSource):
         with foreign(self.run, "reading the samples"):
             for numbers in together.values():
                 found = [self.lines[rows[number]] for number in numbers]
-                out[numbers] = _block(found, start, stop)
+                for number, values in zip(numbers, _block(found, start, stop), strict=True):
+                    out[number] = values
         return out
 
     def close(self) -> None:
@@ -93,14 +94,14 @@ class LinesSource(SampleSource):
             self.handle.close()
 
 
-def _block(lines: Sequence[ArrayRow], start: int, stop: int) -> Any:
+def _block(lines: Sequence[ArrayRow], start: int, stop: int) -> list[Any]:
     """Return samples of one line, or of several that are columns of one array."""
     columns = [line.column for line in lines if line.column is not None]
     if len(lines) == 1:
-        return _slice(lines[0], start, stop)
+        return [_slice(lines[0], start, stop)]
     first = min(columns)
     frames = lines[0].array[start:stop, first : max(columns) + 1]
-    return frames[:, [column - first for column in columns]].T
+    return [frames[:, column - first] for column in columns]
 
 
 def _slice(line: ArrayRow, start: int, stop: int) -> Any:

@@ -94,11 +94,12 @@ def choose_group(
     full = [g for g in file.groups if any(c.promised > 0 and not c.problem for c in g.channels)]
     candidates = [g for g in full if not g.reduced] or full
     if not candidates:
-        spectrum = next((c for g in file.groups for c in g.channels if c.time.spectrum), None)
+        every = [c for g in file.groups for c in g.channels if c.time.spectrum]
+        spectrum = next((c for c in every if c.problem == c.time.problem), None)
         if spectrum is not None:
             raise RecordingError(
                 f"{run}: channel {shown(spectrum.name)} is no recording: {spectrum.problem}. "
-                "Export the samples over time."
+                "Export the samples over time; modal and compare take response functions."
             )
         raise RecordingError(
             f"{run}: the file holds no samples{_listed_notes(file)}. "

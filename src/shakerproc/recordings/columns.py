@@ -67,6 +67,17 @@ _DIRECTION: Final = re.compile(
     re.IGNORECASE,
 )
 
+FREQUENCIES: Final = frozenset({
+    "frequency",
+    "freq",
+    "freq.",
+    "frequenz",
+    "hz",
+    "frecuencia",
+    "fr\u00e9quence",
+})
+"""What the frequencies of spectra are called, in small letters."""
+
 NO_NUMBERS: Final = "it holds no numbers"
 
 
@@ -292,6 +303,9 @@ def file_of_columns(
         ))
         for row in time_columns(table.headers, units)
     }  # fmt: skip
+    if not timed and is_frequency(table.headers[0], units[0], table.values[0, : lengths[0]]):
+        where = f"column {shown(table.headers[0], 40)}"
+        said = (*said, TimeAxis(where, quantity="Frequency", unit="Hz"))
     over = headings(table.headers, units if any(units) else ())
     reading = _Reading(table, over, units, lengths, timed, stated, said, start_time, bool(cut))
     channels = [reading.channel(row) for row in range(len(units)) if row not in timed]
@@ -381,6 +395,22 @@ class _Reading:
         if length < until:
             return f"{shown(channel.name)} ends after {length} of {until} rows."
         return ""
+
+
+def is_frequency(header: str, unit: str, values: FloatArray) -> bool:
+    """Return whether a column is the abscissa of spectra: called a frequency, and it rises.
+
+    `values` are in the unit, or in that of the header.
+    """
+    name, in_header = split_header(header)
+    said = (unit.strip() or in_header).casefold()
+    named = name.strip().casefold() in ({"f", "x", ""} if said == "hz" else set()) | FREQUENCIES
+    return (
+        named
+        and said in {"", "hz", "khz"}
+        and values.size > 1
+        and bool(np.all(np.diff(values) > 0.0))
+    )
 
 
 def _stated_rates(table: Columns, lengths: Sequence[int]) -> dict[int, float]:

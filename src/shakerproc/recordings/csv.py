@@ -296,7 +296,7 @@ def table_of(file: BinaryIO, encoding: str, lines: list[str], run: str) -> RawFi
     raw = file_of_columns(
         Columns(found.headers, values, found.units),
         axes=found.axes,
-        start_time=None if stamps is None else stamps.start,
+        start_time=found.start_time if stamps is None else stamps.start,
         cut=table.torn,
     )
     notes = (*([found.note] if found.note else []), *raw.notes)

@@ -1,50 +1,59 @@
-"""Read response functions from a table, or from arrays of MATLAB.
+"""Read response functions, or the spectra of which they are made, from a table or a MAT file.
 
 A column of a table is a part of a function: ``12/z to 1/z real [m/s^2/N]``, ``... imag``, or
-``... magnitude`` and ``... phase [deg]``; ``... coherence`` belongs to it.
+``... magnitude`` and ``... phase [deg]``; ``... coherence`` belongs to it. A cross spectrum has
+the parts ``12/z to 1/z cross real [m/s^2*N/Hz]`` and ``... imag``, an auto spectrum is
+``1/z auto [N^2/Hz]``.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.guard import AGAIN, foreign, shown
+from shakerproc.recordings.guard import AGAIN, shown
+from shakerproc.recordings.matlab import mat_variables
 from shakerproc.recordings.opening import READERS
 from shakerproc.recordings.raw import RawChannel, RawFile
 from shakerproc.recordings.response_functions import Function, FunctionFile, Kind
-
-LARGEST: Final = 1 << 30
-"""Bytes of a file that is read at once."""
 
 _FREQUENCY: Final = re.compile(
     r"(?:frequency|freq|f)\s*(?:_hz|[\[(]\s*hz\s*[\])])?", re.IGNORECASE
 )
 _COLUMN: Final = re.compile(
-    r"(?P<response>.+?)\s+(?:to|over)\s+(?P<input>.+?)[\s,:]+"
-    r"(?P<part>real|re|imag(?:inary)?|im|magnitude|mag|abs|amplitude|phase|coherence)\.?"
-    r"\s*(?:[\[(](?P<unit>.*)[\])])?",
+    r"(?P<response>.+?)(?:\s+(?:to|over)\s+(?P<input>.+?))?[\s,:]+(?P<cross>cross\s+)?"
+    r"(?P<part>real|re|imag(?:inary)?|im|magnitude|mag|abs|amplitude|phase|coherence|auto|psd)"
+    r"\.?\s*(?:[\[(](?P<unit>.*)[\])])?",
     re.IGNORECASE,
 )
 _PARTS: Final = {
     "re": "real", "im": "imag", "imaginary": "imag", "mag": "magnitude", "abs": "magnitude",
-    "amplitude": "magnitude",
+    "amplitude": "magnitude", "psd": "auto",
 }  # fmt: skip
 _LAYOUT: Final = (
     "Expected a column frequency [Hz], and for each function columns such as "
     "'12/z to 1/z real [m/s^2/N]' and '12/z to 1/z imag', or magnitude and phase [deg]"
 )
+_ALONE: Final[Mapping[str, Kind]] = {"coherence": "coherence", "auto": "auto spectrum"}
+"""Parts that are a whole function."""
+
 _ARRAYS: Final = {
     "frequency": ("frequency", "freq", "f", "frequency_hz"),
     "values": ("frf", "h", "h1", "frfs", "functions"),
     "coherence": ("coherence", "coh", "gamma2"),
+    "cross": ("cross", "gyx", "gxy", "csd"),
+    "auto": ("auto", "gxx", "psd"),
 }  # fmt: skip
+
+
+_Key: TypeAlias = tuple[str, str, Kind]
+"""Response, input and kind of a function."""
 
 
 @final
@@ -95,9 +104,7 @@ def _of_table(raw: RawFile, run: str) -> FunctionFile:
         raise RecordingError(f"{run}: {shown(short[0])} is shorter than other columns. {AGAIN}")
     values = raw.source.read(range(1 + max(c.row for c in channels)), 0, at.n_samples)
     functions = [
-        one
-        for key, parts in found.items()
-        for one in _of_parts(key, parts, values, values[at.row], run)
+        _of_parts(key, parts, values, values[at.row], run) for key, parts in found.items()
     ]
     notes = [f"Columns that are no response functions: {', '.join(others[:20])}."]
     return FunctionFile(tuple(functions), {}, tuple(notes * bool(others)))
@@ -105,51 +112,54 @@ def _of_table(raw: RawFile, run: str) -> FunctionFile:
 
 def _columns(
     channels: Sequence[RawChannel],
-) -> tuple[dict[tuple[str, str], _Parts], list[str]]:
-    """Return the columns of each function, by response and input, and what is none."""
-    found: dict[tuple[str, str], _Parts] = {}
+) -> tuple[dict[_Key, _Parts], list[str]]:
+    """Return the columns of each function, and what is none."""
+    found: dict[_Key, _Parts] = {}
     others = []
     for channel in channels:
         header = channel.alias or channel.name
         match = _COLUMN.fullmatch(header)
-        if match is None:
+        part = match["part"].lower() if match else ""
+        part = _PARTS.get(part, part)
+        if match is None or (match["input"] is None) != (part == "auto"):
             others.append(shown(header, 40))
             continue
-        parts = found.setdefault((match["response"], match["input"]), _Parts())
-        part = match["part"].lower()
-        part = _PARTS.get(part, part)
+        kind = _ALONE.get(part, "cross spectrum" if match["cross"] else "response function")
+        key = match["response"], match["input"] or match["response"], kind
+        parts = found.setdefault(key, _Parts())
         parts.columns[part] = channel.row
         unit = (match["unit"] or channel.unit).strip()
         if part == "phase":
             parts.angle = unit or "deg"
-        elif part != "coherence" and unit:
+        elif unit:
             parts.unit = unit
     return found, others
 
 
 def _of_parts(
-    key: tuple[str, str], parts: _Parts, values: FloatArray, lines: FloatArray, run: str
-) -> Iterator[Function]:
-    """Yield the function that columns are parts of, and its coherence.
+    key: _Key, parts: _Parts, values: FloatArray, lines: FloatArray, run: str
+) -> Function:
+    """Return the function that columns are parts of.
 
     Raises
     ------
     RecordingError
         If a part is missing.
     """
-    there, where = parts.columns, f"{key[0]} to {key[1]}"
-    up, down = units_of(parts.unit)
-    if "coherence" in there:
-        coherence = values[there["coherence"]].astype(complex)
-        yield Function(where, "coherence", *key, "", "", lines, coherence)
-    if {"real", "imag"} <= set(there):
-        found: ComplexArray = values[there["real"]] + 1j * values[there["imag"]]
+    there, (response, driven, kind) = parts.columns, key
+    where = f"{response} to {driven}"
+    up, down = _UNITS[kind](parts.unit)
+    if kind in _ALONE.values():
+        (row,) = there.values()
+        found: ComplexArray = values[row].astype(np.complex128)
+    elif {"real", "imag"} <= set(there):
+        found = values[there["real"]] + 1j * values[there["imag"]]
     elif {"magnitude", "phase"} <= set(there):
         turn = np.pi / 180.0 if parts.angle.casefold().startswith("deg") else 1.0
         found = values[there["magnitude"]] * np.exp(1j * turn * values[there["phase"]])
     else:
         raise RecordingError(f"{run}: {where} has only {', '.join(there)}. {_LAYOUT}.")
-    yield Function(where, "response function", *key, up, down, lines, found)
+    return Function(where, kind, response, driven, up, down, lines, found)
 
 
 def units_of(ratio: str) -> tuple[str, str]:
@@ -164,50 +174,74 @@ def units_of(ratio: str) -> tuple[str, str]:
     return up.strip(" ()"), down.strip(" ()")
 
 
+def _units_of_cross(product: str) -> tuple[str, str]:
+    """Return the units of response and input in one of a cross spectrum, ``m/s^2*N/Hz``."""
+    plain = re.sub(r"\s*/\s*hz$", "", product.strip(), flags=re.IGNORECASE)
+    match = re.fullmatch(r"(.+?)\s*[*·\s]\s*([^*·\s]+)", plain)
+    return (match[1].strip(" ()"), match[2].strip(" ()")) if match else ("", "")
+
+
+def _units_of_auto(square: str) -> tuple[str, str]:
+    """Return the unit of a channel, twice, in that of its auto spectrum, ``N^2/Hz``."""
+    match = re.fullmatch(r"(.+?)(?:\^2|²)(?:\s*/\s*hz)?", square.strip(), re.IGNORECASE)
+    return (match[1].strip(" ()"),) * 2 if match else ("", "")
+
+
+_UNITS: Final[Mapping[Kind, Callable[[str], tuple[str, str]]]] = {
+    "response function": units_of, "coherence": units_of, "cross spectrum": _units_of_cross,
+    "auto spectrum": _units_of_auto,
+}  # fmt: skip
+
+
 def read_mat_functions(path: Path, run: str) -> FunctionFile:
     """Return the functions of a MAT file: an array of them, and a vector of frequencies.
 
     The array ``frf`` (or ``H``) has an axis for the frequencies, ``f``, and before or behind it
-    one for the responses and perhaps one for the inputs; ``coherence`` likewise. Texts
-    ``responses``, ``inputs``, ``response_unit`` and ``input_unit`` name them.
+    one for the responses and perhaps one for the inputs; ``coherence`` likewise. In place of
+    ``frf`` there may be cross spectra ``Gyx``, likewise, and auto spectra ``Gxx`` of inputs.
+    Texts ``responses``, ``inputs``, ``response_unit`` and ``input_unit`` name them.
 
     Raises
     ------
     RecordingError
         If it holds no such arrays.
     """
-    from scipy import io as scipy_io
-
-    if path.stat().st_size > LARGEST:
-        raise RecordingError(f"{run}: more than {LARGEST >> 20} MB. Save fewer functions.")
-    with foreign(run, "reading the file"):
-        content: dict[str, Any] = scipy_io.loadmat(path, squeeze_me=False)
+    content = mat_variables(path, run)
     by_name = {name.casefold(): value for name, value in content.items()}
     arrays = {
         what: next((by_name[name] for name in names if name in by_name), None)
         for what, names in _ARRAYS.items()
     }
-    lines, values = arrays["frequency"], arrays["values"]
+    lines, auto = arrays["frequency"], arrays["auto"]
+    kind: Kind = "response function" if _is_numeric(arrays["values"]) else "cross spectrum"
+    values = arrays["values" if kind == "response function" else "cross"]
     if not _is_numeric(lines) or not _is_numeric(values):
         raise RecordingError(
-            f"{run}: expected an array frf (or H) of response functions and a vector f of "
-            f"frequencies [Hz]; the file holds {', '.join(sorted(content))[:160]}."
+            f"{run}: expected an array frf (or H) of response functions, or Gyx and Gxx of "
+            f"spectra, and a vector f of frequencies [Hz]; the file holds "
+            f"{', '.join(sorted(content))[:160]}."
         )
     frequency = np.asarray(lines, dtype=np.float64).reshape(-1)
-    matrix = _with_lines_last(np.asarray(values), frequency.size, run)
-    coherence = arrays["coherence"]
-    sides = dict(zip(("response", "input"), matrix.shape[:2], strict=True))
-    names = [_texts(by_name, key, count) for key, count in sides.items()]
-    units = [_texts(by_name, f"{key}_unit", count) for key, count in sides.items()]
-    functions = list(_cells(matrix, frequency, names, units, "response function"))
-    if _is_numeric(coherence):
-        other = _with_lines_last(np.asarray(coherence), frequency.size, run)
-        functions += _cells(other, frequency, names, units, "coherence")
+    shape = _with_lines_last(np.asarray(values), frequency.size, run).shape
+    names = [
+        [text or f"{key} {i}" for i, text in enumerate(_texts(by_name, key, count), 1)]
+        for key, count in zip(("response", "input"), shape, strict=False)
+    ]
+    units = [
+        _texts(by_name, f"{key}_unit", len(of))
+        for key, of in zip(("response", "input"), names, strict=True)
+    ]
+    functions = list(_cells(values, frequency, names, units, kind, run))
+    if _is_numeric(arrays["coherence"]):
+        functions += _cells(arrays["coherence"], frequency, names, units, "coherence", run)
+    if kind == "cross spectrum" and _is_numeric(auto):
+        of = [names[1], [""]], [units[1], [""]]
+        functions += _cells(auto, frequency, *of, "auto spectrum", run)
     return FunctionFile(tuple(functions), {})
 
 
 def _is_numeric(array: Any) -> bool:
-    return array is not None and np.asarray(array).dtype.kind in "iufc"
+    return isinstance(array, np.ndarray) and array.dtype.kind in "iufc"
 
 
 def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
@@ -232,28 +266,35 @@ def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
 def _texts(content: Mapping[str, Any], key: str, count: int) -> list[str]:
     """Return the texts of each channel of a side; empty ones where there are none."""
     value = next((content[name] for name in (key, f"{key}s") if name in content), None)
-    array = np.asarray([] if value is None else value).reshape(-1)
-    found = [str(np.asarray(one).reshape(-1)[0]) if np.size(one) else "" for one in array]
+    found = [text.strip() for text in value] if isinstance(value, list) else []
     if len(found) == 1:
         found *= count
     return found if len(found) == count else [""] * count
 
 
-def _cells(
-    matrix: ComplexArray,
+def _cells(  # noqa: PLR0917
+    values: Any,
     lines: FloatArray,
     names: Sequence[Sequence[str]],
     units: Sequence[Sequence[str]],
     kind: Kind,
+    run: str,
 ) -> Iterator[Function]:
-    """Yield the functions of a matrix; what has no name is numbered."""
-    for i, row in enumerate(matrix):
-        for k, values in enumerate(row):
-            response, driven = (
-                names[0][i] or f"response {i + 1}",
-                names[1][k] or f"input {k + 1}",
-            )
+    """Yield the functions of an array.
+
+    Raises
+    ------
+    RecordingError
+        If it has others than the names.
+    """
+    matrix = _with_lines_last(np.asarray(values), lines.size, run)
+    count = len(names[0]), len(names[1])
+    if matrix.shape[:2] != count:
+        raise RecordingError(
+            f"{run}: {kind} of {matrix.shape[0]} x {matrix.shape[1]} channels beside functions "
+            f"of {count[0]} x {count[1]}. Save both for the same channels."
+        )
+    for response, up, row in zip(names[0], units[0], matrix, strict=True):
+        for driven, down, one in zip(names[1], units[1], row, strict=True):
             where = f"{response} to {driven}"
-            yield Function(
-                where, kind, response, driven, units[0][i], units[1][k], lines, values
-            )
+            yield Function(where, kind, response, driven, up, down, lines, one)

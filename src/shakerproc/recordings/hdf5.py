@@ -28,7 +28,7 @@ from shakerproc.recordings.arrays import ArrayRow, LinesSource, file_of_arrays
 from shakerproc.recordings.columns import RATE_WORD, STEP_WORD
 from shakerproc.recordings.guard import first_bytes, foreign, kept_open, shown
 from shakerproc.recordings.raw import RawFile, RawGroup
-from shakerproc.recordings.times import SECONDS, is_time
+from shakerproc.recordings.times import SECONDS, is_time, iso_date
 from shakerproc.recordings.variables import (
     DEEPEST,
     LABEL,
@@ -323,7 +323,7 @@ def _unit(name: str, text: str, group: _Hdf5Group) -> str:
     match = _SINCE.fullmatch(text)
     if match is None or match["unit"].casefold() not in SECONDS:
         return text
-    date = _date(match["date"])
+    date = iso_date(match["date"])
     if date is not None and is_time(name.rpartition(".")[2]):
         group.starts[name.rpartition(".")[0]] = date
     return match["unit"]
@@ -336,22 +336,13 @@ def _take_start(
     if number is not None and _EPOCH[0] <= number < _EPOCH[1]:
         date: datetime | None = datetime.fromtimestamp(0.0, UTC) + timedelta(seconds=number)
     else:
-        date = None if number is not None else _date(_text(value))
+        date = None if number is not None else iso_date(_text(value))
     if date is not None:
         group.starts[name] = date
     elif number or number is None:
         group.notes.append(
             f"Attribute {shown(place)} is {shown(_text(value), 40)}, no date: it is not used."
         )
-
-
-def _date(text: str) -> datetime | None:
-    """Return a date; one that says no zone is taken as UTC."""
-    try:
-        date = datetime.fromisoformat(text.strip().replace(" UTC", "+00:00"))
-    except ValueError:
-        return None
-    return date if date.tzinfo is not None else date.replace(tzinfo=UTC)
 
 
 def _of_rattlesnake(file: Any, run: str) -> list[_Hdf5Group]:

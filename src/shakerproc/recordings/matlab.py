@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.apart import opened_apart
+from shakerproc.recordings.apart import opened_apart, result_apart
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open
 from shakerproc.recordings.hdf5 import opened_hdf5, short_walk
@@ -229,8 +229,10 @@ def _value(  # noqa: PLR0917
     value: Value = None
     if depth > DEEPEST_CELL:
         value = None
-    elif sort in NUMERIC and not kind & COMPLEX:
+    elif sort in NUMERIC:
         value = _array(parts, place, order, shape, count)
+        if kind & COMPLEX:
+            value = value + 1j * _array(parts, place, order, shape, count)
     elif sort == CHAR:
         value = _text(_next(parts, place, "text"), shape, order) if count else []
     elif sort == CELL:
@@ -317,6 +319,7 @@ def _fields(
     return {f"({number})": element for number, element in enumerate(elements, 1)}
 
 
+_HERE: Final = "shakerproc.recordings.matlab"
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 _OBJECT: Final = 3
 """How MATLAB marks variables of its classes."""
@@ -335,13 +338,31 @@ def read_mat(path: Path, run: str) -> RawFile:
     RecordingError
         If it cannot be read.
     """
+    if _is_hdf5(path, run):
+        return opened_apart(path, run, f"{_HERE}:read_hdf5", "h5py")
+    return _file_of(_read_old(path, run), run)
+
+
+def mat_variables(path: Path, run: str) -> dict[str, Any]:
+    """Return the variables of a MATLAB file by name: arrays, complex ones too, and texts.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read.
+    """
+    if _is_hdf5(path, run):
+        found: dict[str, Any] = result_apart(path, run, f"{_HERE}:hdf5_variables", "h5py")
+        return found
+    return dict(_read_old(path, run))
+
+
+def _is_hdf5(path: Path, run: str) -> bool:
     start = first_bytes(path, run, 520)
-    if start[:8] == _HDF5 or start[512:520] == _HDF5:
-        return opened_apart(path, run, "shakerproc.recordings.matlab:read_hdf5", "h5py")
-    return _read_old(path, start, run)
+    return _HDF5 in {start[:8], start[512:520]}
 
 
-def _read_old(path: Path, start: bytes, run: str) -> RawFile:
+def _read_old(path: Path, run: str) -> list[tuple[str, Any]]:
     """Read version 4 through scipy, versions 5 to 7 through the room's own reader.
 
     Raises
@@ -351,8 +372,8 @@ def _read_old(path: Path, start: bytes, run: str) -> RawFile:
     """
     if path.stat().st_size > LARGEST:
         raise RecordingError(f"{run}: {_TOO_MANY}")
-    trees = _version_4(path, run) if b"\0" in start[:4] else _version_5(path, run)
-    return _file_of(trees, run)
+    old = b"\0" in first_bytes(path, run, 4)
+    return _version_4(path, run) if old else _version_5(path, run)
 
 
 def _file_of(trees: Iterable[tuple[str, Tree]], run: str, handle: Any = None) -> RawFile:
@@ -379,7 +400,11 @@ def _version_4(path: Path, run: str) -> list[tuple[str, Value]]:
                 f"{path.stat().st_size} bytes. {AGAIN}"
             )
         content = scipy_io.loadmat(path, chars_as_strings=True)
-    return [(name, value) for name, value in content.items() if not name.startswith("__")]
+    return [
+        (name, list(map(str, value.reshape(-1))) if value.dtype.kind == "U" else value)
+        for name, value in content.items()
+        if not name.startswith("__")
+    ]
 
 
 def _version_5(path: Path, run: str) -> list[tuple[str, Value]]:
@@ -401,10 +426,37 @@ def read_hdf5(path: Path, run: str) -> RawFile:
 
 
 def _read_variables(file: Any, run: str) -> RawFile:
+    return _file_of(_trees(file, run), run, file)
+
+
+def _trees(file: Any, run: str) -> list[tuple[str, Tree]]:
+    """Return the variables of an open file of version 7.3."""
     with foreign(run, "reading the variables"), short_walk():
         keys = [key for key in file if not key.startswith("#")]
-        trees = [(key, _tree(file, key, run, key, 0)) for key in keys]
-    return _file_of(trees, run, file)
+        return [(key, _tree(file, key, run, key, 0)) for key in keys]
+
+
+def hdf5_variables(path: Path, run: str) -> dict[str, Any]:
+    """Return the arrays and texts of a file of version 7.3, axes as MATLAB has them.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or holds more than fits into memory.
+    """
+    found: dict[str, Any] = {}
+    with opened_hdf5(path, run) as file:
+        for name, tree in _trees(file, run):
+            item = file[name]
+            if isinstance(tree, list):
+                found[name] = tree
+            elif getattr(item, "size", LARGEST) * 16 > LARGEST or not is_readable(item):
+                continue
+            elif item.dtype.names == ("real", "imag"):
+                found[name] = np.asarray(item["real"] + 1j * item["imag"]).T
+            elif isinstance(tree, Stored):
+                found[name] = np.asarray(tree[...]).T
+    return found
 
 
 def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:

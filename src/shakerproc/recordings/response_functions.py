@@ -187,8 +187,8 @@ def read_functions(path: Path) -> ResponseFunctions:
         )
     read: Callable[[Path, str], FunctionFile] = loaded(f"shakerproc.recordings.{place}")
     digest = sha256(path)
-    file = read(path, run)
-    return matrix_of(file, path.stem, run, digest)
+    with np.errstate(all="ignore"):  # values that are no numbers are told
+        return matrix_of(read(path, run), path.stem, run, digest)
 
 
 def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseFunctions:
@@ -286,10 +286,12 @@ def _of_spectra(
         if auto is None:
             continue
         _common_lines([cross, auto], run)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values = cross.values / auto.values
-        unit = cross.input_unit or auto.response_unit
-        one = replace(cross, kind="response function", values=values, input_unit=unit)
+        values = cross.values / auto.values
+        if cross.input_unit:
+            values *= _si(cross.input_unit, run)[1] / _si(auto.response_unit, run)[1]
+        one = replace(
+            cross, kind="response function", values=values, input_unit=auto.response_unit
+        )
         found[cross.response, cross.input] = one
     told = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
     return found, told * bool(found)
@@ -312,11 +314,9 @@ def _of_one_record(
     force, found = forces[0], {}
     for one in (f for f in spectra if f is not force):
         _common_lines([one, force], run)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values = one.values / force.values
         found[one.response, force.response] = replace(
-            one, kind="response function", values=values, input=force.response,
-            input_unit=force.response_unit,
+            one, kind="response function", values=one.values / force.values,
+            input=force.response, input_unit=force.response_unit,
         )  # fmt: skip
     told = (
         f"{len(found)} response functions are ratios of spectra of one record to that of "

@@ -10,15 +10,16 @@ References
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO, Final, final
+from typing import Any, BinaryIO, Final, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakerproc.data import FloatArray
 from shakerproc.errors import RecordingError
 from shakerproc.recordings.guard import AGAIN, foreign, kept_open, opened, shown
 from shakerproc.recordings.raw import (
@@ -50,6 +51,9 @@ _LARGEST: Final = np.finfo(np.float32).max
 _KNOWN: Final = {"PARTITIONS": 1, "HALF_FRAMES": 0}
 """Where a header says more, programs differ on which sample is which."""
 
+_Numbers: TypeAlias = Callable[[Sequence[int], int, int], NDArray[Any]]
+"""From rows, first sample and the one behind the last to their numbers in the file."""
+
 
 def read_rpc3(path: Path, run: str) -> RawFile:
     """Return the channels of an RPC III time history.
@@ -68,13 +72,10 @@ def _read(file: BinaryIO, run: str) -> RawFile:
     layout = _layout(header, os.fstat(file.fileno()).st_size, run)
     shape = (layout.whole // layout.per_group, layout.channels * layout.per_group)
     frames = Frames(run, file, layout.first, shape, np.dtype(layout.dtype))
-    scales = np.array(layout.scales)[:, np.newaxis]
     numbers = partial(_numbers, frames, layout)
     with foreign(run, "reading the samples"):
         _check_order(numbers, layout, header["FORMAT"], run)
-    source = SlicedSource(
-        run, lambda rows, *ends: numbers(rows, *ends) * scales[list(rows)], file
-    )
+    source = SlicedSource(run, partial(_samples, numbers, layout.scales), file)
     step = _number(header, "DELTA_T", run)
     axes = (TimeAxis("DELTA_T", step=step, unit="s",
                      digit=half_digit(header["DELTA_T"])),)  # fmt: skip
@@ -136,6 +137,14 @@ def _numbers(
     groups = frames[first : -(-stop // size)].reshape(-1, layout.channels, size)
     lines = groups.swapaxes(0, 1)[list(rows)].reshape(len(rows), -1)
     return lines[:, at : at + count]
+
+
+def _samples(
+    numbers: _Numbers, scales: Sequence[float], rows: Sequence[int], start: int, stop: int
+) -> Iterator[FloatArray]:
+    """Yield samples of rows [unit of the channel]."""
+    for row, line in zip(rows, numbers(rows, start, stop), strict=True):
+        yield line * np.float64(scales[row])
 
 
 def _header(content: bytes, run: str) -> Mapping[str, str]:
@@ -220,7 +229,7 @@ def _layout(header: Mapping[str, str], size: int, run: str) -> SampleLayout:
 
 
 def _check_order(
-    numbers: Callable[[Sequence[int], int, int], NDArray[Any]],
+    numbers: _Numbers,
     layout: SampleLayout,
     said: str,
     run: str,

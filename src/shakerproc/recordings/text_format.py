@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO, Final, final
@@ -25,11 +26,12 @@ from shakerproc.recordings.text_headers import (
     is_stepped,
     numbered,
     stated_axes,
+    stated_domain,
     title_rows,
     uncommented,
     unlabelled,
 )
-from shakerproc.recordings.times import FEWEST, SECONDS, is_time, time_name
+from shakerproc.recordings.times import FEWEST, is_time, seconds_in, time_name
 
 LOOK: Final = 1 << 16
 """Bytes at the start from which the format is judged, where its lines are short."""
@@ -76,6 +78,8 @@ class TextFormat:
         What lines above the table state of the times of its rows.
     note : str
         What had to be decided; empty for nothing.
+    start_time : datetime, optional
+        When time 0 of `axes` is, with its time zone.
     """
 
     encoding: str
@@ -87,6 +91,7 @@ class TextFormat:
     remark: bool = False
     axes: tuple[TimeAxis, ...] = ()
     note: str = ""
+    start_time: datetime | None = None
 
 
 def open_text(path: Path, run: str) -> tuple[BinaryIO, str, list[str]]:
@@ -257,11 +262,17 @@ def _try_format(
         )
         start += more
     axes += stated_axes(lines[:start])
+    domain = stated_domain(lines[:start])
+    if domain is not None and headers[0] == domain.column:
+        headers = (f"time [{domain.unit}]", *headers[1:])
+    elif domain is not None:
+        axes += (domain.axis,)
     if interval is not None and not axes:
         axes = (TimeAxis("row Interval", step=interval, unit="s"),)
     found = TextFormat(
-        encoding, delimiter, decimal, start, headers, units, axes=axes, note=note
-    )
+        encoding, delimiter, decimal, start, headers, units, axes=axes, note=note,
+        start_time=None if domain is None else domain.origin,
+    )  # fmt: skip
     return counts[width] * width, found
 
 
@@ -392,7 +403,11 @@ def _check_units_of_times(lines: Sequence[str], found: TextFormat, run: str) -> 
         for cell, one in zip(row, used, strict=False):
             other = time_name(uncommented(cell), "")
             said = (one[1].casefold(), other[1].casefold()) if one and other else ("", "")
-            if len(row) == len(used) and all(said) and SECONDS[said[0]] != SECONDS[said[1]]:
+            if (
+                len(row) == len(used)
+                and all(said)
+                and seconds_in(said[0]) != seconds_in(said[1])
+            ):
                 raise RecordingError(
                     f"{run}: line {number} names the time {shown(cell, 20)}, the header below "
                     f"it has it in {said[0]}. Delete the header that is wrong."

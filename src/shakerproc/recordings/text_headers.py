@@ -5,14 +5,16 @@ Statements stand as ``Sample Rate (Hz),2000``, as ``# fs = 2000 Hz`` or as ``Int
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from types import MappingProxyType
-from typing import Final
+from typing import Final, final
 
 from shakerproc.recordings.columns import RATE_NAME, RATE_WORD, STEP_NAME, STEP_WORD
 from shakerproc.recordings.guard import shown
 from shakerproc.recordings.raw import TimeAxis, half_digit
 from shakerproc.recordings.si import parse_unit, split_header
-from shakerproc.recordings.times import SECONDS
+from shakerproc.recordings.times import SECONDS, iso_date
 
 COMMENT: Final = ("#", "%", "//", "!", ";", "*", "--", "'")
 """How a line begins that is no row, and ``REM``."""
@@ -33,6 +35,13 @@ _ABOUT: Final = re.compile(
     re.IGNORECASE,
 )
 """Words by which a line is about a table rather than a row of it."""
+
+_DOMAIN: Final = re.compile(
+    r"domain;unit=s(?:ec(?:onds?)?)?;resolution=(?P<by>\d{1,18})/(?P<per>[1-9]\d{0,17});"
+    r"delta=(?P<delta>\d{1,18});origin=(?P<origin>[^;]*);starting_tick=(?P<start>-?\d{1,18});?",
+    re.IGNORECASE,
+)
+"""The first line of the recorder of openDAQ that writes several signals."""
 
 _HERTZ: Mapping[str, float] = MappingProxyType({
     "": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "ks/s": 1e3,
@@ -109,6 +118,44 @@ def stated_axes(above: Sequence[str]) -> tuple[TimeAxis, ...]:
             digit = half_digit(text)
             found.append(TimeAxis(where, step=float(text), unit=unit, digit=digit))
     return tuple(found)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """What openDAQ states of the times of a table.
+
+    Attributes
+    ----------
+    axis : TimeAxis
+        Step and start of the samples.
+    unit : str
+        Of the counter that may stand in a column.
+    origin : datetime, optional
+        When time 0 is, with its time zone.
+    column : str
+        Header of that column.
+    """
+
+    axis: TimeAxis
+    unit: str
+    origin: datetime | None
+    column: str = "Domain"
+
+
+def stated_domain(above: Sequence[str]) -> Domain | None:
+    """Return what a line of openDAQ above a table states; None where there is none."""
+    for number, line in enumerate(above, 1):
+        match = _DOMAIN.fullmatch(uncommented(line).strip())
+        if match is not None:
+            tick = int(match["by"]) / int(match["per"])
+            axis = TimeAxis(
+                f"line {number} (domain)", step=int(match["delta"]) * tick,
+                start=int(match["start"]) * tick, unit="s",
+            )  # fmt: skip
+            unit = f"s * {match['per']}" + f" / {match['by']}" * (match["by"] != "1")
+            return Domain(axis, unit, iso_date(match["origin"]))
+    return None
 
 
 def cells_in_use(row: Sequence[str]) -> Sequence[str]:

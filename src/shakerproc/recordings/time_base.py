@@ -22,7 +22,7 @@ from shakerproc.recordings.raw import (
     TimeReading,
     Times,
 )
-from shakerproc.recordings.times import SECONDS, steps_of, strays, ticks_of, unit_in_name
+from shakerproc.recordings.times import seconds_in, steps_of, strays, ticks_of, unit_in_name
 
 LATE: Final = 1e-3
 """Gap between segments that is none [s]: programs write times of day to the millisecond."""
@@ -244,7 +244,7 @@ def _statement(axis: TimeAxis, unit: str) -> _Statement:
     if axis.rate is not None:
         return _of_rate(axis, axis.rate)
     said = axis.unit.strip() or unit_in_name(axis.name) or unit
-    if said and said.casefold() not in SECONDS:
+    if said and not seconds_in(said):
         known = f"{axis.where} is in {shown(said, 20)}, not in s, ms, us, ns, min, h or d"
         return _Statement(axis, problem=known)
     if axis.times is not None:
@@ -318,7 +318,7 @@ def _ways(unit: str, step: float, first: float | None) -> tuple[TimeReading, ...
 
 
 def _reading(unit: str, step: float) -> TimeReading:
-    seconds = SECONDS[unit.casefold()]
+    seconds = seconds_in(unit)
     return TimeReading(unit, _whole(1.0 / (step * seconds), ROUNDING), seconds)
 
 

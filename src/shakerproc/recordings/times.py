@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Final, final
 
 import numpy as np
@@ -47,6 +48,11 @@ SECONDS: Final = {
 }
 """Seconds in the units of a time."""
 
+_TICKS: Final = re.compile(
+    r"s(?:ec(?:onds?)?)? \* (?P<per>[1-9]\d{0,17})(?: / (?P<by>[1-9]\d{0,17}))?"
+)
+"""Unit of a counter, as openDAQ writes it: ``s * 1000`` counts a thousand in a second."""
+
 SKEW: Final = 1.0 / 180.0
 """Part of a sample that is none between two: one degree of phase at half the sample rate."""
 
@@ -55,6 +61,29 @@ LEAST_DOUBT: Final = 1e-9
 
 JUDGED: Final = 1 << 20
 """Times that are judged at once."""
+
+
+def seconds_in(unit: str) -> float:
+    """Return the seconds in a unit of time; 0 of what is none.
+
+    Examples
+    --------
+    >>> seconds_in("ms"), seconds_in("s * 51200 / 2"), seconds_in("g")
+    (0.001, 3.90625e-05, 0.0)
+    """
+    ticks = _TICKS.fullmatch(unit.strip())
+    if ticks is None:
+        return SECONDS.get(unit.casefold(), 0.0)
+    return int(ticks["by"] or 1) / int(ticks["per"])
+
+
+def iso_date(text: str) -> datetime | None:
+    """Return a date; one that says no zone is taken as UTC."""
+    try:
+        date = datetime.fromisoformat(text.strip().replace(" UTC", "+00:00"))
+    except ValueError:
+        return None
+    return date if date.tzinfo is not None else date.replace(tzinfo=UTC)
 
 
 def unit_in_name(name: str) -> str:
@@ -69,10 +98,12 @@ def time_name(header: str, unit: str = "") -> tuple[str, str] | None:
     The unit is empty where nothing states it: `time_base` finds out.
     """
     name, in_header = split_header(header)
-    if not (_TIME.fullmatch(name.strip()) or _COUNT.fullmatch(name.strip())):
+    said = unit.strip() or in_header.strip()
+    named = _TIME.fullmatch(name.strip()) or _COUNT.fullmatch(name.strip())
+    if not named and not _TICKS.fullmatch(said):
         return None
-    said = unit.strip() or in_header.strip() or unit_in_name(name)
-    return None if said and said.casefold() not in SECONDS else (name.strip(), said)
+    said = said or unit_in_name(name)
+    return None if said and not seconds_in(said) else (name.strip(), said)
 
 
 def is_time(header: str, unit: str = "") -> bool:

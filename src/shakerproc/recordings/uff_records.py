@@ -7,9 +7,10 @@ file that was cut short lacks is known.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import cycle
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
 from shakerproc.geometry.data_sets import (
@@ -74,7 +75,7 @@ class Record:
     promised : int
         Values that it says it holds; -1 where the file ends before it says so.
     values : (n,) array
-        Those that are there; none where they are no samples.
+        Those that are there, as they are stored; none where they are no samples.
     filled : int
         Zeros behind them that only fill the last line.
     spectrum : (n,) complex array, optional
@@ -93,7 +94,7 @@ class Record:
     unit: str
     step: float
     promised: int
-    values: FloatArray
+    values: NDArray[Any]
     is_complex: bool
     cut: bool
     start: float = 0.0
@@ -200,7 +201,7 @@ def _with_values(record: Record, there: _Numbers) -> Record:
             f"{record.promised}",
         )
     pairs = numbers[: per_value * count].reshape(count, per_value)
-    times = None if there.even else pairs[:, 0]
+    times = None if there.even else pairs[:, 0].astype(np.float64)
     filled = filling.size if count == record.promised else 0
     if record.head:
         spectrum = pairs[:, -parts:] @ np.array([1.0, 1j][:parts])
@@ -208,7 +209,7 @@ def _with_values(record: Record, there: _Numbers) -> Record:
     return replace(record, values=pairs[:, -1], times=times, filled=filled)
 
 
-def _binary_values(there: _Numbers, promised: int) -> FloatArray:
+def _binary_values(there: _Numbers, promised: int) -> NDArray[Any]:
     """Return numbers as bytes; a stored abscissa may be single before a double, as in text.
 
     Raises
@@ -227,8 +228,7 @@ def _binary_values(there: _Numbers, promised: int) -> FloatArray:
         return np.column_stack([both["x"], both["y"]]).astype(np.float64).reshape(-1)
     if len(data) % dtype.itemsize and not there.found.cut:
         raise UffError(there.body, "a record holds no whole number of numbers")
-    numbers = np.frombuffer(data, dtype, len(data) // dtype.itemsize)
-    return numbers.astype(np.float64, copy=False)
+    return np.frombuffer(data, dtype, len(data) // dtype.itemsize)  # single ones stay so: large
 
 
 def _byte_order(binary: bytes, place: int) -> str:
