@@ -218,7 +218,7 @@ def read_mat_functions(path: Path, run: str) -> FunctionFile:
     if not _is_numeric(lines) or not _is_numeric(values):
         raise RecordingError(
             f"{run}: expected an array frf (or H) of response functions, or Gyx and Gxx of "
-            f"spectra, and a vector f of frequencies [Hz]; the file holds "
+            "spectra, and a vector f of frequencies [Hz]. The file holds "
             f"{', '.join(sorted(content))[:160]}."
         )
     frequency = np.asarray(lines, dtype=np.float64).reshape(-1)
