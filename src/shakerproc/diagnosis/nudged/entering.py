@@ -100,10 +100,11 @@ def _fit_the_best(
         levels[group].append(one.level)
     order = sorted((g for g in levels if levels[g]), key=lambda g: min(levels[g]))
     first = {group[1]: group for group in reversed(order)}
+    rounds = STEPS - bool(on.data.model.structures)  # which go on along the same slopes
     for group in dict.fromkeys([*order[:FITTED], *first.values()]):
-        tried = [_fitted(on, one, rounds=STEPS) for one in ends[group]]
+        tried = [_fitted(on, one, rounds=rounds) for one in ends[group]]
         if group in fits:
-            tried.append(gone_on(fits[group], rounds=STEPS))
+            tried.append(gone_on(fits[group], rounds=rounds))
         there = [one for one in tried if one is not None]
         if there:
             fits[group] = min(there, key=lambda one: one.level)
