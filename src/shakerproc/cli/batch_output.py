@@ -102,8 +102,7 @@ def tell(campaign: CampaignResult, document: dict[str, Any], root: Path) -> None
     runs = [run for run in campaign.runs if run.status == "done"]
     expired = [[f.message for f in run.flags if f.kind == EXPIRED] for run in runs]
     told = ((r.test, (*r.remarks, *more)) for r, more in zip(runs, expired, strict=True))
-    for line in by_tests(told):
-        output.message(line)
+    output.messages(by_tests(told))
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
     whose = f" (peak frequency of {channel})" if channel else ""

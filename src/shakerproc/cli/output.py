@@ -5,7 +5,7 @@ import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeAlias, final
@@ -180,8 +180,7 @@ def next_step(text: str, *words: object) -> None:
 
 def say_planned_tests(log: "TestLog") -> None:
     """Say which tests of a log are planned and take no part."""
-    for text in log.left_out:
-        message(text)
+    messages(log.left_out)
 
 
 def print_if(wanted: bool, page: Path) -> None:
@@ -194,7 +193,7 @@ def print_if(wanted: bool, page: Path) -> None:
     message(f"PDF: {print_report(page, page.with_suffix('.pdf'))}")
 
 
-def messages(texts: Sequence[str]) -> None:
+def messages(texts: Iterable[str]) -> None:
     """Print texts to stderr, a line each."""
     for text in texts:
         message(text)

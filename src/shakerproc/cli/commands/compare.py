@@ -310,15 +310,13 @@ def _print(found: "Comparison", folder: Path, once: output.Once) -> None:
     )
     if found.refit is not None:
         _print_fit(found.refit)
-    for line in by_tests((test.measured.name, test.measured.remarks) for test in found.tests):
-        output.message(line)
+    output.messages(by_tests((t.measured.name, t.measured.remarks) for t in found.tests))
     for text in (*found.left_out, *found.warnings):
         once.warning(text)
     for test in found.tests:
         for note in test.measured.notes:
             once.warning(note)
-        for note in test.notes:
-            output.message(note)
+        output.messages(test.notes)
         if not test.prediction.predictable:
             output.warning(
                 f"test {test.measured.name}: a disturbance of the model's motion grows too "

@@ -65,8 +65,7 @@ def diagnose(
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
     show(result, headline(result, log.active), once)
-    for line in by_tests((test.name, test.remarks) for test in measured):
-        output.message(line)
+    output.messages(by_tests((test.name, test.remarks) for test in measured))
     for text in models.before.warnings if models is not None else ():
         once.warning(text)
     document = {**result.as_json(), **options.effects_of(own)}
