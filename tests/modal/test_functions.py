@@ -25,6 +25,7 @@ from tests.modal.function_files import (
 import shakerproc
 from shakerproc.errors import RecordingError, SpectrumError
 from shakerproc.modal import mac
+from shakerproc.recordings import matlab
 from shakerproc.recordings.response_functions import read_functions
 
 ALL = [0, 1, 2, 3]
@@ -178,6 +179,22 @@ def test_arrays_of_matlab_7_3_are_read_with_their_names(tmp_path):
     found = read_functions(path)
     assert found.inputs == ("p1",)
     assert_allclose(found.values, values, rtol=1e-12)
+
+
+def test_variables_of_other_files_and_of_more_than_memory_holds_are_not_taken(
+    tmp_path, monkeypatch
+):
+    path, values = tmp_path / "frf.mat", np.ones((4, 5))
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["H"] = values
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["H"], file["f"] = h5py.ExternalLink("other.h5", "/H"), values
+    assert list(matlab.hdf5_variables(path, "frf.mat")) == ["f"]
+    monkeypatch.setattr(matlab, "LARGEST", 16 * values.size - 1)
+    with pytest.raises(
+        RecordingError, match=r"variable f holds 20 numbers, .* Save the functi"
+    ):
+        matlab.hdf5_variables(path, "frf.mat")
 
 
 def test_a_damaged_file_of_matlab_is_read_or_refused_and_ends_nothing(tmp_path):

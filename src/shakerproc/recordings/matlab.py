@@ -447,16 +447,36 @@ def hdf5_variables(path: Path, run: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     with opened_hdf5(path, run) as file:
         for name, tree in _trees(file, run):
-            item = file[name]
-            if isinstance(tree, list):
-                found[name] = tree
-            elif getattr(item, "size", LARGEST) * 16 > LARGEST or not is_readable(item):
-                continue
-            elif item.dtype.names == ("real", "imag"):
-                found[name] = np.asarray(item["real"] + 1j * item["imag"]).T
-            elif isinstance(tree, Stored):
-                found[name] = np.asarray(tree[...]).T
+            numbers = tree if isinstance(tree, list) else _in_memory(file, name, tree, run)
+            if numbers is not None:
+                found[name] = numbers
     return found
+
+
+def _in_memory(file: Any, name: str, tree: Tree, run: str) -> NDArray[Any] | None:
+    """Return the numbers of a variable, complex ones too; None where it is of another kind.
+
+    Raises
+    ------
+    RecordingError
+        If they are more than fit into memory.
+    """
+    import h5py
+
+    own = isinstance(file.get(name, getlink=True), h5py.HardLink)
+    item = file[name] if own else None
+    if not isinstance(item, h5py.Dataset) or not is_readable(item):
+        return None
+    if not isinstance(tree, Stored) and item.dtype.names != ("real", "imag"):
+        return None
+    if item.size * np.dtype(complex).itemsize > LARGEST:
+        raise RecordingError(
+            f"{run}: variable {name} holds {item.size} numbers, too many to hold in memory. "
+            "Save the functions alone."
+        )
+    if isinstance(tree, Stored):
+        return np.asarray(tree[...]).T
+    return np.asarray(item["real"] + 1j * item["imag"]).T
 
 
 def _tree(group: Any, key: str, run: str, name: str, depth: int) -> Tree:
