@@ -54,6 +54,11 @@ class Noise:
         """Whether the noise of the responses is known."""
         return self.source != UNKNOWN
 
+    @property
+    def may_be_motion(self) -> bool:
+        """Whether it was told beside what moves: harmonics and jumps of a motion count, too."""
+        return bool({self.source, self.input_source} & {sources.ABOVE, sources.QUARTER})
+
     def responses_at(self, frequency: FloatArray) -> FloatArray:
         """Return the noise of the responses at other frequencies [Hz], [unit^2/Hz]."""
         return np.array([np.interp(frequency, self.frequency, row) for row in self.responses])

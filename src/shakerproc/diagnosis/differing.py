@@ -43,7 +43,8 @@ def alone(campaign: Campaign, linear: Fit, form: Form) -> tuple[Campaign, bool]:
     """Return the campaign, and whether its model leaves no more than noise without any effect.
 
     Tests differ from then on where that is surely better, and leaves noise: what every joint
-    and every table does is no finding.
+    and every table does is no finding. Noise that may hold what an effect makes of the motion
+    explains nothing before effects were tried.
 
     Parameters
     ----------
@@ -65,7 +66,8 @@ def alone(campaign: Campaign, linear: Fit, form: Form) -> tuple[Campaign, bool]:
     own = None if found is None else as_fitted(differing.data, found)
     if own is not None and own.is_noise and is_better(own, score):
         return differing, True
-    return campaign, score.is_noise
+    beside = any(test.noise_density.may_be_motion for test in campaign.data.tests)
+    return campaign, score.is_noise and not beside
 
 
 def scales_between(tests: Sequence[Test]) -> tuple[Scale, ...]:
