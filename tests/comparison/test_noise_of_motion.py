@@ -72,3 +72,13 @@ def test_a_quartile_of_few_averages_is_not_below_the_noise():
         channels = comparison.Channels(rows[:1], rows[1:], rate, (20.0, 40.0))
         found.append(told(comparison.noise_of(channels), rate))
     assert np.mean(found) == pytest.approx(SIGMA, rel=0.04)
+
+
+@pytest.mark.parametrize(("rest_s", "beside"), [(0.0, True), (5.0, False)])
+def test_noise_that_is_told_beside_a_motion_says_so(rest_s, beside):
+    rng, rate = np.random.default_rng(2), 200.0
+    time = np.arange(4000) / rate
+    drive = np.sin(2.0 * np.pi * 3.0 * time) * (time >= rest_s)
+    rows = np.array([drive, 0.5 * drive]) + 1e-3 * rng.standard_normal((2, time.size))
+    found = comparison.noise_of(comparison.Channels(rows[:1], rows[1:], rate, (1.0, 10.0)))
+    assert found.may_be_motion is beside

@@ -193,3 +193,18 @@ def test_a_run_that_is_let_go_is_free_from_where_it_was():
     alone = free_runs(model, Runs((prepare(DRIVE, RATE),), windows, start), tolerance=1e-9)
     place = found.outputs[0][1, lead + 1 :]
     assert place == pytest.approx(alone.outputs[0][1], abs=1e-6 * np.abs(place).max())
+
+
+def test_a_sharp_yield_between_slow_samples_does_not_run_away():
+    """An exponent of 20 is next to a Jenkins element, which is carried exactly."""
+    rate, time = 200.0, np.arange(110) / 200.0
+    drive = 40.0 * np.sin(2 * np.pi * 11.0 * time) + 15.0 * np.sin(2 * np.pi * 23.0 * time)
+    held = Held(70.0, (1.5 * np.sin(2 * np.pi * 11.0 * time)[None],), SEEN, None)
+    runs = Runs((prepare(drive, rate),), np.array([[0, 0, time.size]]), held=held)
+    sharp, exact = (
+        free_runs(model_of((Spring(1720.0), Damper(damping=1.4), law)), runs)
+        for law in (BoucWen(1345.0, 7.8e-4, 20.0), Jenkins(1345.0, 1345.0 * 7.8e-4))
+    )
+    assert not sharp.failed.any()
+    apart = np.abs(sharp.outputs[0][1:] - exact.outputs[0][1:])
+    assert np.all(apart < 0.01 * np.abs(exact.outputs[0][1:]).max(axis=1, keepdims=True))

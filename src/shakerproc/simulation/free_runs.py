@@ -37,7 +37,7 @@ ROWS: Final = 2**15
 PATIENCE: Final = 3e4
 """Steps around switchings after which it returns in any case; so many take 0.1 s or so."""
 
-MOST_STEPS: Final = 30.0
+MOST_STEPS: Final = 10.0
 """Steps around switchings for each sample of a window, on average, past which it has failed: a
 hundred times what chattering friction takes, and seconds for a test."""
 

@@ -56,8 +56,8 @@ def under_noise(
     *,
     n_draws: int = DRAWS,
     starts: bool = False,
-) -> Iterator[tuple[DataSet, Predicted]]:
-    """Yield the tests with as much noise again, drawn afresh each time, and predictions of them.
+) -> Iterator[Predicted]:
+    """Yield predictions with as much noise again, drawn afresh each time.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def under_noise(
             settled = with_starts_fitted(shaken, found, windows, near=found.starts) or found
         noisy = prediction_of(shaken, settled, windows)
         if noisy is not None:
-            yield shaken, noisy
+            yield noisy
 
 
 def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
@@ -83,8 +83,7 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
     Two motions of a contact that is just missed part. There a residual tells little of a
     hypothesis, and its slopes hold for next to no change of the numbers. So what noise of the
     input becomes in each window counts as noise there, and so does what the residual departs
-    from its slopes for a small change of each number, and what folds back of jumps. A run that
-    is held follows the noise of what holds it, too, which the sensors show as well.
+    from its slopes for a small change of each number, and what folds back of jumps.
 
     Parameters
     ----------
@@ -104,24 +103,17 @@ def with_passed_noise(data: DataSet, found: Fit, windows: Windows) -> Windows:
             settled, starts=completed(data, model, windows.table, settled.of_tests)
         )
     still = prediction_of(data, settled, windows)
-    if still is None:
-        return windows
-    few = list(under_noise(data, settled, windows, n_draws=FEW))
-    if not few:
+    few = under_noise(data, settled, windows, n_draws=FEW)
+    noisy = list(few) if still is not None else []
+    if still is None or not noisy:
         return windows
     passed = []
     bent = _bent(data, settled, windows, still)
     folded = _folded(data, settled, windows, still)
-    for i, (outputs, (test, first, size)) in enumerate(
-        zip(still.outputs, windows.table, strict=True)
-    ):
-        part = slice(first, first + size)
-        squares = bent[i] + folded[i]
-        for shaken, one in few:
-            moved = one.outputs[i] - outputs
-            drawn = (shaken.measured[test] - data.measured[test])[:, part]
-            squares += (moved - 2.0 * drawn) * moved / len(few)
-        passed.append(_envelope(data, test, squares))
+    for i, outputs in enumerate(still.outputs):
+        test = int(windows.table[i, 0])
+        squares = np.mean([(one.outputs[i] - outputs) ** 2 for one in noisy], axis=0)
+        passed.append(_envelope(data, test, squares + bent[i] + folded[i]))
     return replace(windows, passed=tuple(passed))
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
-from shakerproc.diagnosis.estimation.passed_noise import with_passed_noise
 from shakerproc.diagnosis.estimation.point import Channels
 from shakerproc.diagnosis.estimation.residual_slopes import FARTHEST_STEP
 from shakerproc.diagnosis.estimation.sampling import as_recorded
@@ -115,8 +114,7 @@ def race(on: Fit, known: Known, ladder: Sequence[Rung], say: Callable[[str], Non
     say : callable
         Called with what is being tried.
     """
-    some = _known(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED)))
-    first = _again(on, some) or on
+    first = _again(on, replace(ladder[0], windows=ladder[0].windows.some(ENTERED))) or on
     begun, failed = entered(first, known, say)
     left = {_group(one): one for one in begun.values()}
     near = _going_on(first, list(left.values()), known, behind=np.inf)
@@ -124,14 +122,13 @@ def race(on: Fit, known: Known, ladder: Sequence[Rung], say: Callable[[str], Non
     least = np.inf
     for rung in ladder:
         say(f"held at {numeral(rung.rate)} per s")
-        here = _known(min((base, *fits), key=lambda one: one.level), rung)
-        beside, there = _again(base, here), [_again(one, here) for one in fits]
+        beside, there = _again(base, rung), [_again(one, rung) for one in fits]
         now = [one for one in there if one is not None]
         if beside is None or _lost([base, *fits], [beside, *now]):
             break
         if rung.judged:
             best = min((beside, *now), key=lambda one: one.level)
-            error = error_of(best.data, best, here.windows)
+            error = error_of(best.data, best, rung.windows)
             if error > LONGER * least and not best.follows_most:
                 break
             least = min(least, error)
@@ -198,11 +195,6 @@ def _best_of_each(fits: Sequence[Fit]) -> tuple[Fit, ...]:
         if key not in best or one.level < best[key].level:
             best[key] = one
     return tuple(best.values())
-
-
-def _known(found: Fit, rung: Rung) -> Rung:
-    """Return a rung that knows what noise makes of the motion of a fit, of its starts, too."""
-    return replace(rung, windows=with_passed_noise(found.data, found, rung.windows))
 
 
 def _again(found: Fit, rung: Rung) -> Fit | None:

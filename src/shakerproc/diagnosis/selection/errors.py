@@ -145,7 +145,7 @@ def _moved_tests(
     for i, test in enumerate(data.tests):
         simulated, counted = _gathered(data, windows, still, i)
         if noisy and counted.any():
-            moved = [_gathered(data, windows, one, i)[0] - simulated for _, one in noisy]
+            moved = [_gathered(data, windows, one, i)[0] - simulated for one in noisy]
             one = Scored(
                 data.measured[i], simulated, test.sample_rate, test.error_band, counted
             )

@@ -141,7 +141,7 @@ def _resists(
 LARGEST: Final = 1e100
 """Motion past it has run away [SI]."""
 
-FREE_STEPS: Final = 500
+FREE_STEPS: Final = 2000
 """So many are free, whatever the length of the window, and so many may fall into one piece of
 the input: a law that takes more is too fast for any sample to tell."""
 
