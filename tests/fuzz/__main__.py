@@ -1,4 +1,4 @@
-"""``make fuzz``: what becomes of some seven hundred thousand damaged recordings.
+"""``make fuzz``: what becomes of some 850,000 damaged recordings.
 
 Works in parts and says of each what was bad in it; then prints a table: one line for each way
 of damage, one column for each outcome. ``--share 2/7`` takes the second of seven disjoint
