@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
@@ -54,21 +55,24 @@ def pieces(data: DataSet, rate: float, share: float, *, held_out: bool) -> Windo
     )
     stretches = data.stretches(held_out=held_out)
     shortest = min((b - a for runs in stretches for a, b in runs), default=0)
-    most = round(LEAD * shortest)
-    lead = min(round(lead_s * data.tests[0].sample_rate), most) + TAPS
+    lead = min(round(lead_s * data.tests[0].sample_rate), round(LEAD * shortest)) + TAPS
     table, counted = [], []
     for i, (test, runs) in enumerate(zip(data.tests, stretches, strict=True)):
         length = max(lead, round(data.lengths.block_s * test.sample_rate))
-        room = max(0, min(round(test.sample_rate / data.frequency), most - lead))
-        places = _places(runs, length if share < 1.0 else None, room, lead)
+        whole = max((b - a for a, b in runs), default=1)
+        places = [
+            (a, b)
+            for run in runs
+            for a, b in pairwise(_edges(*run, length if share < 1.0 else whole))
+            if b > max(a, lead) + TAPS
+        ]
         away = _away(data, i)
         for first, last in _chosen(data, i, places, share):
-            earliest = begin = max(0, first - lead)
-            if begin > 0:
-                begin += int(np.argmin(away[begin : begin + room + 1]))
-            end = last + begin - earliest
-            table.append((i, begin, end - begin))
-            counted.append(np.arange(begin, end) >= max(begin + lead, end - (last - first)))
+            earliest = max(0, first - lead)
+            begin = max(0, earliest - round(test.sample_rate / data.frequency))
+            begin += int(np.argmin(away[begin : earliest + 1]))
+            table.append((i, begin, last - begin))
+            counted.append(np.arange(begin, last) >= max(first, begin + lead))
     return Windows(
         np.array(table, np.int64).reshape(-1, 3), tuple(counted), rate=held_at,
         lead=None if rate else lead,
@@ -88,22 +92,10 @@ def _away(data: DataSet, test: int) -> FloatArray:
     return away
 
 
-def _places(
-    runs: Sequence[tuple[int, int]], length: int | None, room: int, lead: int
-) -> list[tuple[int, int]]:
-    """Return equal parts of stretches, of about a length or whole, by first sample and end.
-
-    At the end of each stretch there is `room` for them to be moved, and before each for a
-    `lead`.
-    """
-    each = [(a, b - room, max(1, (b - room - a) // (length or b - a))) for a, b in runs]
-    size = min(((b - a) // count for a, b, count in each), default=1)
-    return [
-        (a + k * size, a + (k + 1) * size if length else b)
-        for a, b, count in each
-        for k in range(count)
-        if a + (k + 1) * size > max(a + k * size, lead) + TAPS
-    ]
+def _edges(first: int, last: int, length: int) -> list[int]:
+    """Return where equal parts of a stretch meet, of about a length."""
+    count = max(1, (last - first) // length)
+    return [int(v) for v in np.linspace(first, last, count + 1).round()]
 
 
 def _chosen(
