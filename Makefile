@@ -82,7 +82,7 @@ chaos: $(READY)  ## kill a batch 500 times and a watch 20 times; 200 batches who
 	$(BIN)/python -m tests.campaign.watched 20
 	$(BIN)/python -m tests.campaign.exchanges 200
 
-fuzz: $(READY)  ## damage 850,000 recordings, print what became of them (an hour); FUZZ="--share 1/7"
+fuzz: $(READY)  ## damage 850,000 recordings, print what became of them (forty minutes); FUZZ="--share 1/7"
 	$(BIN)/python -m tests.fuzz --workers 2 $(FUZZ)
 
 healthy: $(READY)  ## 500 healthy runs without a flag, 100 of each dead channel found
