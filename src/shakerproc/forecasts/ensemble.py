@@ -184,7 +184,7 @@ def even_normals(count: int, columns: int, generator: np.random.Generator) -> Fl
 
 
 def read_with(planned: Planned, names: Sequence[str], quantity: Quantity) -> float:
-    """Return the standard uncertainty of what a quantity is read with [-].
+    """Return the standard uncertainty of the sensor by which a quantity is read [-].
 
     Parameters
     ----------

@@ -165,7 +165,7 @@ class Nearest:
     alike: bool
 
     def freed(self, quantity: Quantity, made: Ensemble) -> FloatArray:
-        """Return drawn values that begin at what was measured, (n_draws,) array [its unit]."""
+        """Return drawn values that begin at the measured one, (n_draws,) array [its unit]."""
         values = made.values[quantity]
         if quantity not in self.errors:
             return values

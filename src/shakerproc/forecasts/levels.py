@@ -70,7 +70,7 @@ def grouped(tests: Sequence[Measured]) -> list[list[Measured]]:
 
 
 def kind_of(model: Model, test: Test, conditions: Conditions) -> Kind:
-    """Return how a test is driven, and what its conditions make of the model [-]."""
+    """Return the drive of a test, and the factors of its conditions on the model [-]."""
     rises = test.from_hz is None or test.to_hz is None or test.from_hz <= test.to_hz
     return test.excitation, rises, tuple(scale.share(conditions) for scale in model.scales)
 

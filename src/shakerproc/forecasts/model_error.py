@@ -135,7 +135,7 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
 def freed(
     errors: Sequence[LevelError], nearest: Sequence[LevelError], *, alike: bool = True
 ) -> list[LevelError]:
-    """Return errors of a model that begins at what the nearest level of tests measured.
+    """Return errors of a model that begins at the measured values of the nearest level.
 
     Parameters
     ----------

@@ -296,7 +296,7 @@ class UncertainQuantity:
 def spread_of(
     drawn: FloatArray, error_db: float, freedom: float, read: float = 0.0
 ) -> UncertainQuantity:
-    r"""Return a quantity with its model error, and that of what it is read with.
+    r"""Return a quantity with its model error and that of its sensor.
 
     .. math:: x = x_i \, e^{\kappa z} \, 10^{\sigma t_\nu / 20}, \qquad
         \kappa^2 = s^2 n^{-2/3} + r^2

@@ -112,7 +112,7 @@ def _serve_file(
 
 
 def _answer(run: str, does: Callable[[], tuple[Buffer, ...]]) -> tuple[Buffer, ...]:
-    """Return what is answered: the parts, or why there are none."""
+    """Return the answer: the parts, or why there are none."""
     try:
         with foreign(run, "reading the file"):
             return does()
@@ -139,7 +139,7 @@ def _described(made: object, kept: list[Any]) -> tuple[bytes]:
 
 
 def _slice(kept: list[Any], request: Buffer) -> tuple[Buffer, ...]:
-    """Return shape and samples [unit of the file] of what was asked for."""
+    """Return shape and samples [unit of the file] of a requested slice."""
     place, *slices = pickle.loads(request)  # noqa: S301 - of the process above
     values = np.ascontiguousarray(kept[place].read(*slices), dtype=np.float64)
     return pickle.dumps(values.shape), values.reshape(-1).view(np.uint8).data
@@ -226,7 +226,7 @@ class _Process:
         self.end = weakref.finalize(self, _end, self._process)
 
     def ask(self, request: object = None) -> bytearray:
-        """Return what it says next, to a request or by itself; empty where it died."""
+        """Return the next message of the process, asked or not; empty where it died."""
         timer = threading.Timer(LONGEST_S, self._give_up)
         timer.start()
         try:
@@ -317,7 +317,7 @@ class _FileApart:
 
 @final
 class _Answer(pickle.Unpickler):  # noqa: S301 - of a process of ours
-    """What a process says of a file: what stays there is read from there."""
+    """Answer of a process about a file; samples stay there until they are asked for."""
 
     def __init__(self, answer: bytearray, file: _FileApart) -> None:
         super().__init__(BytesIO(answer))

@@ -273,7 +273,7 @@ def _stated_of(
 
 
 def _start_of(name: str, starts: Mapping[str, datetime]) -> datetime | None:
-    """Return when time 0 of a variable is, by what stands nearest to it."""
+    """Return the instant of time 0 of a variable, by the nearest statement of the file."""
     near = [at for at in starts if not at or name == at or name.startswith(f"{at}.")]
     return starts[max(near, key=len)] if near else None
 

@@ -82,7 +82,7 @@ def choose_part(
 def choose_group(
     file: RawFile, group: str | None, uses: Sequence[ChannelUse] | None, run: str
 ) -> RawGroup:
-    """Return the group that is meant: by name, by what it holds, or because it is the only one.
+    """Return the group that is meant: by name, by its channels, or because it is the only one.
 
     Raises
     ------

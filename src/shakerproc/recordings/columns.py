@@ -176,7 +176,7 @@ def _heading(header: str, beside: _HeaderEndings) -> Heading:
 
 
 def _in_brackets(name: str, unit: str, beside: _HeaderEndings) -> str:
-    """Return why what stands in brackets is no unit for sure; empty where it is one."""
+    """Return why the text in brackets is no unit for sure; empty where it is one."""
     known, named = parse_unit(unit), quantity_named(name)
     if unit != "1" and _RANGE.fullmatch(unit):  # that is how a bare number is written
         return f"{shown(unit, 30)} in its header is taken for a range"
@@ -352,7 +352,7 @@ class _Reading:
     cut: bool
 
     def channel(self, row: int) -> RawChannel:
-        """Return a column as a channel, with what is wrong with it."""
+        """Return a column as a channel, with its problems."""
         heading, time = self.headings[row], self.time_of(row)
         return RawChannel(
             name=heading.name or f"column {row + 1}",

@@ -89,7 +89,7 @@ class Stamps:
     _clocks: list[_Clock] = field(default_factory=list)
 
     def named(self, headers: Sequence[str]) -> tuple[str, ...]:
-        """Return headers of which that of the stamps says what it is now."""
+        """Return headers, the one of the time stamps renamed to seconds."""
         name = split_header(headers[self.column])[0] if self.column < len(headers) else ""
         mine = f"{name if is_time(name) else 'time'} [s]"
         return tuple(mine if at == self.column else h for at, h in enumerate(headers))

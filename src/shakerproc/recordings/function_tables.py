@@ -113,7 +113,7 @@ def _of_table(raw: RawFile, run: str) -> FunctionFile:
 def _columns(
     channels: Sequence[RawChannel],
 ) -> tuple[dict[_Key, _Parts], list[str]]:
-    """Return the columns of each function, and what is none."""
+    """Return the columns of each function, and the columns of none."""
     found: dict[_Key, _Parts] = {}
     others = []
     for channel in channels:

@@ -1,4 +1,4 @@
-"""Keep what other libraries do wrong on damaged files to one line of ours.
+"""Turn errors of other libraries on damaged files into one line of ours.
 
 What a library raises is turned into one line; one that may end its process, or damage its
 memory, is kept apart (`apart`).
@@ -15,7 +15,7 @@ from shakerproc.errors import RecordingError, ShakerprocError
 
 
 class Closable(Protocol):
-    """What is open until it is closed."""
+    """A resource that is open until it is closed."""
 
     def close(self) -> object:
         """Close it."""

@@ -220,7 +220,7 @@ def _shape(item: Any) -> tuple[int, ...]:
 
 
 def _take_channel(item: Any, key: str, values: str, group: _Hdf5Group) -> None:
-    """Take a group that is a channel: its values, their times and what is said of both."""
+    """Take a group that is a channel: its values, their times and the attributes of both."""
     _take_attributes(item, key, group)
     for name, inner in _members(item):
         _take(inner, f"{key}.{name}", group)
@@ -284,7 +284,7 @@ def _text(value: Any) -> str:
 
 
 def _take_attributes(item: Any, name: str, group: _Hdf5Group) -> None:
-    """Take what the attributes of a data set or a group say of rate, unit, label and start."""
+    """Take rate, unit, label and start from the attributes of a data set or a group."""
     import h5py
 
     label, unit = "", ""

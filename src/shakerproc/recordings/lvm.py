@@ -226,7 +226,7 @@ def _check_lengths(head: Head, lengths: Sequence[int], run: str) -> None:
 
 
 def _group(segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]]) -> RawGroup:
-    """Return segments as a group; adds what its rows hold to `lines`."""
+    """Return segments as a group; adds its rows to `lines`."""
     parts: list[list[_Segment]] = [[segments[0]]]
     differs: list[str] = []
     for before, after in pairwise(segments):
@@ -249,7 +249,7 @@ def _group(segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]]) ->
 
 
 def _difference(before: _Segment, after: _Segment) -> str:
-    """Return in what a segment does not continue the one before; empty where it does."""
+    """Return why a segment does not continue the one before; empty where it does."""
     step, other = before.step(), after.step()
     if before.head.titles != after.head.titles:
         return "channels"
@@ -268,7 +268,7 @@ def _difference(before: _Segment, after: _Segment) -> str:
 def _channels(
     segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]], *, timed: bool
 ) -> tuple[RawChannel, ...]:
-    """Return the channels of segments one behind the other; adds what they hold to `lines`.
+    """Return the channels of segments one behind the other; adds their rows to `lines`.
 
     The steps and times of all are stated of each, but where each has times of its own. Times
     are left out where they do not follow on.

@@ -1,4 +1,4 @@
-"""Where in an LVM file the headers stand, and what they say of the table below them.
+"""Headers of an LVM file: their places, and the description of the table below them.
 
 A file has one header of its own, and a header before each segment or before the first only. A
 program that appends to a file writes both again.
@@ -204,7 +204,7 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
 
 
 def _check_only_tags(between: bytes, place: int, run: str) -> None:
-    """Pass what holds nothing but the lines of a header.
+    """Pass a text that holds nothing but the lines of a header.
 
     Raises
     ------

@@ -74,7 +74,7 @@ a cell array, by their index), an object, or what cannot be used here."""
 
 
 class Mat5Error(Exception):
-    """A file is not what its own tags say.
+    """A file contradicts its own tags.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Mat5Error(Exception):
 @final
 @dataclass(frozen=True, slots=True)
 class _Element:
-    """A tag and what belongs to it."""
+    """A tag and its data."""
 
     kind: int
     data: memoryview

@@ -60,7 +60,7 @@ def read_mdf(path: Path, run: str) -> RawFile:
 
 @contextmanager
 def quiet_deletion() -> Iterator[None]:
-    """Keep what half-opened files raise when they are deleted off the terminal."""
+    """Keep errors of half-opened files off the terminal when they are deleted."""
     hook = sys.unraisablehook
     sys.unraisablehook = lambda _: None
     try:

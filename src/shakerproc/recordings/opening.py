@@ -422,7 +422,7 @@ def _absent(among: RawGroup, said: Sequence[ChannelUse] | None) -> list[str]:
 
 
 def _unchanged(reader: Reader, file: WatchedFile, path: Path, run: str) -> RawFile:
-    """Return a file, opened; where it changed meanwhile, that is what is wrong with it.
+    """Return a file, opened; where reading fails as it changed meanwhile, that is the error.
 
     Raises
     ------

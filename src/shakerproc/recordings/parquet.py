@@ -185,7 +185,7 @@ CURSORS: Final = 4
 
 
 def read_parquet(path: Path, run: str) -> RawFile:
-    """Return the columns of a Parquet file as channels; what is text is named in a note.
+    """Return the columns of a Parquet file as channels; columns of text are named in a note.
 
     Raises
     ------

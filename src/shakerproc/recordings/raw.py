@@ -308,7 +308,7 @@ class RawGroup:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class RawFile:
-    """A file, opened: what it holds and where its numbers come from.
+    """A file, opened: its groups and the source of their samples.
 
     Attributes
     ----------

@@ -77,7 +77,7 @@ class Function:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class FunctionFile:
-    """The functions of a file, and what it says besides.
+    """The functions of a file, and its further statements.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ class ResponseFunctions:
 
     @property
     def turned(self) -> "ResponseFunctions":
-        """The functions there for those back: what was struck at becomes what responds.
+        """The functions with input and response exchanged.
 
         A structure that is linear and passive answers alike either way (reciprocity): a roving
         hammer and one sensor tell the same shapes as one hammer and many sensors.

@@ -260,7 +260,7 @@ def _check_order(
 
 
 def _bits(numbers: NDArray[Any], order: Sequence[int]) -> float:
-    """Return what the difference of neighbours takes, their bytes in an order [bit].
+    """Return the mean size of differences of neighbours, their bytes in an order [bit].
 
     Of floats, that of their powers of two: a wrong order gives any. Zero has none.
     """

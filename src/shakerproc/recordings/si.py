@@ -119,7 +119,7 @@ def parse_unit(text: str) -> tuple[str, float] | None:
 
 
 def parse_numbered(text: str) -> tuple[str, float] | None:
-    """Return SI unit and factor of what the log says a count is, such as ``g`` or ``10 V``.
+    """Return SI unit and factor of a count by the log, such as ``g`` or ``10 V``.
 
     Only a log speaks so: with a number before it, what a file says is the range of a channel.
     """
@@ -143,7 +143,7 @@ def likely_unit(text: str) -> str:
 
 
 def quantity_of(text: str) -> str:
-    """Return the SI unit of what stands for a unit in a file.
+    """Return the SI unit of a text that stands for a unit in a file.
 
     Empty where it says nothing, `UNKNOWN` where it says what is not known here.
 

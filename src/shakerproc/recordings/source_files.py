@@ -229,7 +229,7 @@ def _stamp_of(found: os.stat_result) -> Stamp:
 
 
 def open_regular(path: Path, run: str) -> BinaryIO:
-    """Return a file, open; what has no end, or waits for a writer, is refused.
+    """Return a file, open; one without end, or that waits for a writer, is refused.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Lines above a table of text: what they state of it, names of its columns and their units.
+"""Lines above a table of text: statements about it, names and units of its columns.
 
 Statements stand as ``Sample Rate (Hz),2000``, as ``# fs = 2000 Hz`` or as ``Interval: 0.5 ms``.
 """
@@ -123,7 +123,7 @@ def stated_axes(above: Sequence[str]) -> tuple[TimeAxis, ...]:
 @final
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """What openDAQ states of the times of a table.
+    """Description of the times of a table by openDAQ.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class Domain:
 
 
 def stated_domain(above: Sequence[str]) -> Domain | None:
-    """Return what a line of openDAQ above a table states; None where there is none."""
+    """Return the description of times by openDAQ above a table; None where there is none."""
     for number, line in enumerate(above, 1):
         match = _DOMAIN.fullmatch(uncommented(line).strip())
         if match is not None:

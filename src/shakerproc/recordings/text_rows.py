@@ -292,7 +292,7 @@ class _Rows:
         return values
 
     def _judged(self, line: bytes) -> tuple[list[str], str]:
-        """Return the cells of a line, and what is wrong with them, if anything."""
+        """Return the cells of a line, and their problem, if any."""
         text = line.decode(self._found.encoding, errors="replace")
         try:
             cells = split(text, self._found.delimiter)

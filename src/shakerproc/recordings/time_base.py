@@ -1,4 +1,4 @@
-"""The one place that decides when samples were taken, by what a file states of its times.
+"""The one place that decides when samples were taken, by the times of a file.
 
 Every statement is read in each unit that it may be in: the one it says, the one in the name of
 the times, or those in which the rate is one of vibration. What all statements agree on counts.
@@ -111,7 +111,7 @@ def time_base(
     start_time: datetime | None = None,
     said: Sampling = AS_STATED,
 ) -> TimeBase:
-    """Return when samples were taken, or what is not told of it.
+    """Return the time base by the statements of a file, or the problem with them.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def time_base(
 def _agreed(
     every: Sequence[_Statement], start_time: datetime | None, said: Sampling
 ) -> TimeBase:
-    """Return the time base of what places say."""
+    """Return the time base on which all statements agree."""
     rounded = next((s for s in every if s.tick), None)
     if rounded is not None:
         others = _agreed([s for s in every if not s.tick], start_time, said)

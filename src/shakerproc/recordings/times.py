@@ -64,7 +64,7 @@ JUDGED: Final = 1 << 20
 
 
 def seconds_in(unit: str) -> float:
-    """Return the seconds in a unit of time; 0 of what is none.
+    """Return the seconds in a unit of time; 0 for another text.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def iso_date(text: str) -> datetime | None:
 
 
 def unit_in_name(name: str) -> str:
-    """Return the unit in what a time is called, such as ``time_ms``; empty without one."""
+    """Return the unit in the name of a time, such as ``time_ms``; empty without one."""
     match = _TIME.fullmatch(name.strip()) or _COUNT.fullmatch(name.strip())
     return (match["unit"] or "") if match else ""
 
@@ -145,7 +145,7 @@ class Steps:
 
 
 def steps_of(times: Times, where: str, unit: str) -> Steps:
-    """Return how times advance, and what is wrong with them.
+    """Return the steps of times, and their problems.
 
     Every time lies within half a step of its place, and no step is longer or shorter by more
     than a half unless rounding makes it so: a row that was lost or doubled is seen.

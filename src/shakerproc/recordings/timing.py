@@ -128,7 +128,7 @@ def common_timing(chosen: Sequence[Chosen], said: Sampling, run: str) -> Timing:
 
 
 def _resampled(channels: Sequence[RawChannel], said: Sampling, rate: float, run: str) -> Timing:
-    """Return the even times at a rate [Hz] that all channels cover, and what they cost.
+    """Return even times at a rate [Hz] that all channels cover, and the error of resampling.
 
     Raises
     ------
@@ -212,7 +212,7 @@ def _cost(lines: Sequence[Line], rate: float) -> tuple[str, str]:
 
 
 def _rate(channels: Sequence[RawChannel], said: Sampling, run: str) -> tuple[float, str, str]:
-    """Return the sample rate [Hz], what makes it doubtful, and a note.
+    """Return the sample rate [Hz], the reason to doubt it, and a note.
 
     Raises
     ------

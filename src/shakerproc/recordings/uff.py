@@ -129,7 +129,7 @@ def _content(path: Path, run: str, advice: str) -> bytes:
 
 
 def _contents_text(records: Sequence[Record], found: Sequence[UffDataSet]) -> str:
-    """Return how many records of what, and which other datasets, a file holds besides."""
+    """Return the further records and datasets of a file, with their numbers."""
     functions = Counter(
         ("complex " if r.is_complex and r.function <= 1 else "")
         + (FUNCTIONS[r.function] if r.function < len(FUNCTIONS) else f"type {r.function}")
@@ -290,7 +290,7 @@ def _said(line: str) -> str:
 
 
 def _unit(line: str, units: Units) -> tuple[str, float]:
-    """Return the unit of an axis, and what one of the file's is in it.
+    """Return the unit of an axis, and the factor from the unit of the file.
 
     What the file says counts; an axis without a text is in the system of units of the file.
     """

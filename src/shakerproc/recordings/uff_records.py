@@ -109,7 +109,7 @@ class Record:
 
     @property
     def is_recording(self) -> bool:
-        """Whether the values are samples: a time response, or what is general but over time."""
+        """Whether the values are samples: a time response, or a general function of time."""
         over_time = self.function == TIME_RESPONSE or (
             self.function == GENERAL and is_time(self.abscissa or "?", self.abscissa_unit)
         )

@@ -79,7 +79,7 @@ def flattened(trees: Iterable[tuple[str, Tree]]) -> Variables:
 
 
 def _sort_in(name: str, tree: Tree, called: tuple[str, str], found: Variables) -> None:
-    """Put a variable where it belongs; `called` is what stands beside it or above."""
+    """Put a variable where it belongs; `called` are the names beside it or above."""
     if isinstance(tree, list):
         found.texts[name] = [text.strip() for text in tree]
     elif isinstance(tree, MatlabObject):
@@ -140,7 +140,7 @@ def keep_distinct(called: dict[str, tuple[str, str]]) -> None:
 @final
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """A variable of an open HDF5 file; what cannot be read of it is an error that names it.
+    """A variable of an open HDF5 file; a part that cannot be read is an error that names it.
 
     Attributes
     ----------
@@ -223,7 +223,7 @@ def check_kind(kind: Any, run: str, what: str) -> None:
 
 
 def check_variable(item: Any, run: str, name: str) -> None:
-    """Pass a data set whose numbers are what its header says.
+    """Pass a data set whose numbers agree with its header.
 
     Raises
     ------

@@ -273,7 +273,7 @@ def _of_three_bytes(raw: NDArray[Any], order: str) -> NDArray[np.float64]:
 def _times(
     file: BinaryIO, found: _Chunks, said: _Format, run: str
 ) -> tuple[datetime | None, tuple[TimeAxis, ...]]:
-    """Return the day on which a recording began, and what the file states of its times.
+    """Return the day on which a recording began, and the times that the file states.
 
     The rate stands there twice.
     """

@@ -165,7 +165,7 @@ class Pieces:
 
 @final
 class Gaps:
-    """Watches for what is no number, or too large to be one, and bridges it for the others."""
+    """Watches for samples that are no numbers or too large, and bridges them for the others."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
@@ -174,7 +174,7 @@ class Gaps:
         self._last = np.zeros(len(recording.channels), dtype=np.int64)
 
     def add(self, first: int, block: FloatArray) -> FloatArray:
-        """Return the block with straight lines over what was no number."""
+        """Return the block with straight lines over samples that were no numbers."""
         if block.max() < LARGEST and block.min() > -LARGEST:  # not so where one is NaN
             return block
         bad = ~(np.abs(block) < LARGEST)

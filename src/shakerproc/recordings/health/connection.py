@@ -240,7 +240,7 @@ class Connection(AbstractHealthCheck):
         return own * LOUDER <= largest or quietest * LOUDER > largest
 
     def _is_noise_or_hum(self, row: int) -> bool:
-        """Return whether half of its power is what an open input shows.
+        """Return whether half of its power is noise or hum, as of an open input.
 
         Orders of a shaft and tones that no other channel shares come from something.
         """

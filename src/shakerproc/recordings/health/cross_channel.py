@@ -132,7 +132,7 @@ class CrossChannel(AbstractHealthCheck):
         ]
 
     def _mostly_one_motion(self) -> bool:
-        """Return whether most of what the controls measure is one motion, not their noise."""
+        """Return whether the controls measure mostly one motion, not their noise."""
         first, *others = self._controls
         power = self._power[first].sum() * self._power[others].sum(axis=1)
         common = np.abs(self._cross[others]).sum(axis=1) ** 2

@@ -126,7 +126,7 @@ class _Channel:
         self.all.often += row.often
 
     def repetition(self, n_samples: int) -> tuple[int, int, int] | None:
-        """Return start, stop and distance of what is repeated.
+        """Return start, stop and distance of the repeated samples.
 
         None where the same stretch came again and again from early on: a periodic signal.
         """

@@ -161,7 +161,7 @@ def _entry_problem(name: str, value: Any, count: int) -> str:
 
 
 def _link_problem(properties: Properties) -> str:
-    """Return which scale after the first does not say what it scales, or an empty text.
+    """Return which scale after the first names no source, or an empty text.
 
     npTDMS would take the raw numbers for it.
     """

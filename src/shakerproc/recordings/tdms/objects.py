@@ -74,7 +74,7 @@ _TRACKED: Final = (
 
 
 class StructureError(Exception):
-    """A TDMS file is not what its own headers say.
+    """A TDMS file contradicts its own headers.
 
     Attributes
     ----------

@@ -132,7 +132,7 @@ def _as_of(
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Part:
-    """A measurement: its samples, and what the file says of them; `last` where it is open."""
+    """A measurement: its samples and their description; `last` where it is open."""
 
     extents: Sequence[Extent]
     properties: Mapping[str, Properties]

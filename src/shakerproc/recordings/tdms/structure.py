@@ -114,7 +114,7 @@ class Waveforms:
         return cut
 
     def _count(self) -> None:
-        """Add what has been read since to the number of samples of each channel."""
+        """Add the samples read since to the number of samples of each channel."""
         for layout, n_chunks, number in self._runs:
             for path, where in layout.places.items():
                 if where.count:
@@ -123,7 +123,7 @@ class Waveforms:
         self._runs.clear()
 
     def _begins(self, path: str, number: int, extent: int) -> bool:
-        """Take over what was written of a channel; return whether that is a new measurement."""
+        """Take over the written part of a channel; return whether it is a new measurement."""
         before, group = self.states.get(path, _NOTHING), split_path(path)[0] or ""
         after = {**before, **self._written.pop(path)}
         since = self._since.get(path, 0)
@@ -153,14 +153,14 @@ class Waveforms:
         cuts.append(Cut(extent, inside, differs))
 
     def finish(self) -> None:
-        """Take over what was written after the last samples."""
+        """Take over the part written after the last samples."""
         for path, values in self._written.items():
             self.states[path] = {**self.states.get(path, _NOTHING), **values}
         self._written.clear()
 
 
 def difference(before: State, after: State) -> str:
-    """Return in what samples differ from those before, but for their time; empty for nothing.
+    """Return how samples differ from those before, but for their time; empty if they do not.
 
     Parameters
     ----------
