@@ -4,11 +4,12 @@ python -m benchmarks.house [--source src/shakerproc] [--longest 5] [--undocument
 
 Code lines of a function are those that hold code: no docstring, comment or empty line.
 Complexity is that of McCabe. Compiled kernels (decorated for the compiler, or in a file of
-kernels) are counted on their own, and so are commands, whose parameters are their options: of
-these the lines without the options are counted as well. A quantity is a parameter that is
-annotated as a float or an array of them; a public function documents it where its docstring
-names it and gives a unit in brackets, `[Hz]`, `[-]` for none, or, in a docstring without an
-entry for it, gives a unit in its sentences. What overrides is documented where it is declared.
+kernels or of their laws) are counted on their own, and so are commands, whose parameters are
+their options: of these the lines without the options are counted as well. A quantity is a
+parameter that is annotated as a float or an array of them; a public function documents it where
+its docstring names it and gives a unit in brackets, `[Hz]`, `[-]` for none, or, in a docstring
+without an entry for it, gives a unit in its sentences. What overrides is documented where it is
+declared.
 """
 
 import argparse
@@ -165,7 +166,7 @@ def counted(
 
 def kind_of(place: str, given: Sequence[ast.arg], marks: str) -> str:
     """Return whether a function is compiled, a command or a plain one."""
-    if COMPILED.search(marks) or "kernels" in place:
+    if COMPILED.search(marks) or "kernels" in place or "simulation/laws" in place:
         return "compiled"
     shown = " ".join(written(one.annotation) for one in given if one.annotation)
     return "command" if "typer." in shown or "Option" in shown else "plain"

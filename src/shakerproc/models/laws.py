@@ -16,9 +16,8 @@ from shakerproc.data import FloatArray
 class Law(IntEnum):
     """Number of a force law in the tables that the kernels walk.
 
-    `simulation.kernels.series` holds the compiled laws, `simulation.kernels.modes` their
-    branches; no other place has a formula. An effect made of laws that stand here needs no
-    other file than its own.
+    Each has its formula and its branches in a file of `simulation.laws`, and nowhere else. An
+    effect made of laws that stand here needs no other file than its own.
     """
 
     LINEAR = 0  # stiffness k, damping c: goes into the matrices, never into the table

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, vectorised
-from shakerproc.simulation.kernels.modes import event
 from shakerproc.simulation.kernels.motion import (
     between,
     hold,
@@ -15,7 +14,6 @@ from shakerproc.simulation.kernels.motion import (
     read_linear,
     sticks,
 )
-from shakerproc.simulation.kernels.series import law_series
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
     FORCE_TERMS,
@@ -27,6 +25,7 @@ from shakerproc.simulation.kernels.table import (
     Series,
     Store,
 )
+from shakerproc.simulation.laws.table import event, law_series
 
 _SMALL: Final = 0.25
 _TERMS: Final = 14

@@ -7,7 +7,6 @@ import numpy as np
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined, inner
 from shakerproc.simulation.kernels.motion import between, sticks
-from shakerproc.simulation.kernels.series import law_series
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
     FORCE_TERMS,
@@ -18,6 +17,7 @@ from shakerproc.simulation.kernels.table import (
     Series,
     Store,
 )
+from shakerproc.simulation.laws.table import law_series
 
 SERIES_TERMS: Final = 4
 """Terms of its series by which a law is predicted where nothing came before."""

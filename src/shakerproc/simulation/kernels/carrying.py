@@ -34,7 +34,6 @@ from shakerproc.simulation.kernels.carried_forces import (
     set_out,
 )
 from shakerproc.simulation.kernels.exact import by_motion
-from shakerproc.simulation.kernels.modes import event, wall
 from shakerproc.simulation.kernels.motion import sticks
 from shakerproc.simulation.kernels.table import (
     FORCE_TERMS,
@@ -45,6 +44,7 @@ from shakerproc.simulation.kernels.table import (
     Store,
 )
 from shakerproc.simulation.kernels.taylor import even_out, shift, slot_of
+from shakerproc.simulation.laws.table import event, wall
 
 _ATTEMPTS: Final = 3
 _LOOSE: Final = 100.0

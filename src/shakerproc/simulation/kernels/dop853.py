@@ -11,7 +11,6 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, inner
-from shakerproc.simulation.kernels.modes import event
 from shakerproc.simulation.kernels.motion import accelerate, begin, switch
 from shakerproc.simulation.kernels.polynomials import value
 from shakerproc.simulation.kernels.table import (
@@ -23,6 +22,7 @@ from shakerproc.simulation.kernels.table import (
     Series,
 )
 from shakerproc.simulation.kernels.taylor import even_out, event_noise
+from shakerproc.simulation.laws.table import event
 
 _STAGES: Final = 12
 _START: Final = 13  # rows of `work`: rates of the stages come first, at 12 those at the end

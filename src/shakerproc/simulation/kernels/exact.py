@@ -2,10 +2,10 @@
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined
-from shakerproc.simulation.kernels.modes import wall
 from shakerproc.simulation.kernels.motion import accelerate
 from shakerproc.simulation.kernels.table import LAW, Machine, Series, Store
 from shakerproc.simulation.kernels.taylor import shift, slot_of
+from shakerproc.simulation.laws.table import wall
 
 
 @inlined

@@ -4,8 +4,6 @@ from typing import Final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined, inner
-from shakerproc.simulation.kernels.modes import follow, series_limit, series_slip, start
-from shakerproc.simulation.kernels.series import law_series
 from shakerproc.simulation.kernels.table import (
     DISPLACEMENT,
     FRICTION,
@@ -19,6 +17,8 @@ from shakerproc.simulation.kernels.table import (
     Machine,
     Series,
 )
+from shakerproc.simulation.laws.elements_in_series import series_limit, series_slip
+from shakerproc.simulation.laws.table import follow, law_series, start
 
 IRRESISTIBLE: Final = 1e100
 """Force for a unit of acceleration across a joint whose motion is imposed [kg]."""

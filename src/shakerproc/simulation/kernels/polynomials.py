@@ -1,19 +1,11 @@
-"""Polynomials over intervals and cells: through values, of a chirp, of a table; first roots.
-
-Of the line of a tabulated law, `values` are where its numbers start in `Machine.tables`, the
-number of cells along displacement and along velocity, the number of surfaces on which the law
-jumps or bends, and along which axis they lie (0 displacement, 1 velocity). In `tables` stand,
-from there on: the origin of each cell along displacement, along velocity, the surfaces, the
-first cell of each region between them, and the 16 coefficients of every cell
-(`models.tabulated` packs them).
-"""
+"""Polynomials over intervals: through values, of a chirp; products, powers, first roots."""
 
 import math
 from typing import Final
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, inner
-from shakerproc.simulation.kernels.table import DISPLACEMENT, VELOCITY, Machine
+from shakerproc.simulation.kernels.table import BASE
 
 
 @compiled
@@ -214,83 +206,45 @@ def _root(series: FloatArray, first: int, last: int, low: float, high: float) ->
     return at
 
 
-_NONE: Final = -1
+@inlined
+def product(lines: FloatArray, row: int, x: int, y: int, order: int) -> float:
+    """Return the coefficient of this order of the product of two series of a line."""
+    total = 0.0
+    for j in range(order + 1):
+        total += lines[row, x, j] * lines[row, y, order - j]
+    return total
 
 
 @inlined
-def _ends(machine: Machine, row: int, axis: int) -> tuple[int, int]:
-    """Return the first and the last cell along an axis of the region that a line is in."""
-    count = int(machine.values[row, 1 + axis])
-    n_surfaces = int(machine.values[row, 3])
-    if n_surfaces == 0 or axis != int(machine.values[row, 4]):
-        return 0, count - 1
-    mode, tables = machine.mode[row, 0], machine.tables
-    firsts = _surfaces(machine, row) + n_surfaces
-    first = int(tables[firsts + mode])
-    return first, (int(tables[firsts + mode + 1]) if mode < n_surfaces else count) - 1
+def power(lines: FloatArray, row: int, exponent: float, order: int) -> float:
+    """Return the coefficient of a power of the series in plane BASE of a line.
 
-
-@inlined
-def _surfaces(machine: Machine, row: int) -> int:
-    """Return where the surfaces of a line stand among the numbers of all tables."""
-    return int(machine.values[row, 0] + machine.values[row, 1] + machine.values[row, 2])
-
-
-@inner
-def cell(machine: Machine, row: int, axis: int, at: float) -> int:
-    """Return the cell along an axis: the last whose origin is not above a place.
-
-    The first cell of a region has no lower end, and the same origin as the next one.
+    Whole powers by squaring and multiplying; the planes after BASE hold what comes in
+    between. Other powers, of the absolute value, by the recurrence of x y' = p x' y, which
+    ends at 0.
     """
-    low, high = _ends(machine, row, axis)
-    origins = int(machine.values[row, 0])
-    if axis == 1:
-        origins += int(machine.values[row, 1])
-    while low < high:
-        middle = (low + high + 1) // 2
-        if machine.tables[origins + middle] <= at:
-            low = middle
+    whole = int(exponent)
+    if exponent != whole:
+        total = 0.0
+        if order == 0:
+            total = abs(lines[row, BASE, 0]) ** exponent
         else:
-            high = middle - 1
-    return low
-
-
-@inlined
-def origin(machine: Machine, row: int, axis: int, number: int) -> float:
-    """Return where the polynomial of a cell is 0 along an axis [m] or [m/s]."""
-    first = int(machine.values[row, 0])
-    if axis == 1:
-        first += int(machine.values[row, 1])
-    return machine.tables[first + number]
-
-
-@inlined
-def coefficient(machine: Machine, row: int, i: int, j: int, p: int, q: int) -> float:
-    """Return a coefficient of a cell, by powers of displacement and velocity."""
-    n_v, n_surfaces = int(machine.values[row, 2]), int(machine.values[row, 3])
-    first = _surfaces(machine, row) + 2 * n_surfaces + 1
-    return machine.tables[first + 16 * (i * n_v + j) + 4 * p + q]
-
-
-@inlined
-def table_event(machine: Machine, row: int, which: int) -> tuple[int, float, float]:
-    """Return quantity, sign and level of an event, as `modes.event` does."""
-    mode, n_surfaces = machine.mode[row, 0], int(machine.values[row, 3])
-    kind = DISPLACEMENT if machine.values[row, 4] == 0.0 else VELOCITY
-    surfaces = _surfaces(machine, row)
-    if which == 0 and mode < n_surfaces:
-        return kind, 1.0, machine.tables[surfaces + mode]
-    if mode > 0 and which == (1 if mode < n_surfaces else 0):
-        return kind, -1.0, -machine.tables[surfaces + mode - 1]
-    return _NONE, 0.0, 0.0
-
-
-@inlined
-def region_of(machine: Machine, row: int, displacement: float, velocity: float) -> int:
-    """Return the region that a motion is in: how many surfaces lie below it."""
-    at = displacement if machine.values[row, 4] == 0.0 else velocity
-    surfaces, count = _surfaces(machine, row), 0
-    for k in range(int(machine.values[row, 3])):
-        if at >= machine.tables[surfaces + k]:
-            count += 1
-    return count
+            for j in range(1, order + 1):
+                share = (exponent + 1.0) * j - order
+                total += share * lines[row, BASE, j] * lines[row, BASE + 1, order - j]
+            total /= order * lines[row, BASE, 0]
+        lines[row, BASE + 1, order] = total
+        return total
+    bit = 1
+    while 2 * bit <= whole:
+        bit *= 2
+    plane = BASE
+    bit //= 2
+    while bit > 0:
+        lines[row, plane + 1, order] = product(lines, row, plane, plane, order)
+        plane += 1
+        if whole & bit:
+            lines[row, plane + 1, order] = product(lines, row, plane, BASE, order)
+            plane += 1
+        bit //= 2
+    return lines[row, plane, order]

@@ -34,6 +34,7 @@ LAW: Final = 0  # columns of `lines`
 MEMORY: Final = 1
 
 NOBODY: Final = -2
+NONE: Final = -1  # a quantity that no event watches
 
 NO_CURVE: Final = -1.0
 """Where the numbers of a curve start, for a line that has none."""
@@ -63,7 +64,7 @@ class Machine(NamedTuple):
         Numbers of each law.
     mode : (r, 2) array of int
         Branch of each line: 0 open or sticking, 1 closed, 2 parting without force, a
-        direction, or the region of a table (see `modes.event`); and how many turning points an
+        direction, or the region of a table (see `laws.table`); and how many turning points an
         Iwan line remembers. Written to.
     anchor : (r, 4) array
         Where the branch of an Iwan line starts (displacement, force), where it ends, and its

@@ -2,7 +2,6 @@
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined, inner
-from shakerproc.simulation.kernels.modes import event, wall
 from shakerproc.simulation.kernels.motion import (
     accelerate_here,
     between,
@@ -12,7 +11,6 @@ from shakerproc.simulation.kernels.motion import (
     switch,
 )
 from shakerproc.simulation.kernels.polynomials import NEVER, first_rise, value
-from shakerproc.simulation.kernels.series import trusted_share
 from shakerproc.simulation.kernels.table import (
     BOUC_WEN,
     DISPLACEMENT,
@@ -35,6 +33,7 @@ from shakerproc.simulation.kernels.table import (
     Series,
     Store,
 )
+from shakerproc.simulation.laws.table import event, trusted_share, wall
 
 NEAR = 0.02
 """How near to where it bends like a power that is not whole a law is left to DOP853, as a

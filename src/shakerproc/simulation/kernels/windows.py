@@ -11,7 +11,6 @@ from shakerproc.simulation.kernels.carried_forces import Carried
 from shakerproc.simulation.kernels.carrying import carry
 from shakerproc.simulation.kernels.dop853 import one_sample
 from shakerproc.simulation.kernels.exact import fast, record
-from shakerproc.simulation.kernels.modes import follow, series_slip, start
 from shakerproc.simulation.kernels.motion import (
     accelerate,
     begin,
@@ -34,6 +33,8 @@ from shakerproc.simulation.kernels.table import (
     Store,
 )
 from shakerproc.simulation.kernels.taylor import careful
+from shakerproc.simulation.laws.elements_in_series import series_slip
+from shakerproc.simulation.laws.table import follow, start
 
 
 class Nudges(NamedTuple):

@@ -1,0 +1,1 @@
+"""The compiled force laws, one file each, and the table in which the steppers look them up."""
