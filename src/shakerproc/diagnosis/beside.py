@@ -133,10 +133,10 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
     best: list[Moved] = []
     for starts in own_starts(on, known).values():
         best += base.best([start for start in starts if _goes_on(on, start[1])])[:1]
-    best.sort(key=lambda moved: moved[0])
+    best.sort(key=lambda moved: moved.level)
     first = [
-        fit(campaign.data, hypothesis, x, looked_at, rounds=FIRST, channels=on.channels)
-        for _, hypothesis, x in best[:FITTED]
+        fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=FIRST, channels=on.channels)
+        for one in best[:FITTED]
     ]
     near = sorted((one for one in first if one is not None), key=lambda one: one.level)
     fits = [carried(campaign.data, one, [form]) for one in near[:FEW]]

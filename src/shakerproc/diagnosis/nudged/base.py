@@ -1,8 +1,8 @@
 """The hypothesis that an effect is added to, held to the motion, and how its numbers move."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Final, TypeAlias, final
+from dataclasses import dataclass, replace
+from typing import Final, final
 
 import numpy as np
 
@@ -18,8 +18,30 @@ from shakerproc.simulation.assembly import assemble
 _SCALES: Final = (-0.9, 9.0)
 """Changes of the force of an effect that its start may be given, over that force [-]."""
 
-Moved: TypeAlias = tuple[float, Hypothesis, FloatArray]
-"""Level of a start with the base's numbers moved, its hypothesis, and where it is then."""
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Moved:
+    """A start with the base's numbers moved.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+        What is fitted.
+    x : (n_x,) array
+        Where it is then [-].
+    logs : (n_blocks,) array
+        Logarithm of 1 + mean square of what it leaves over the noise, in each block [-].
+    """
+
+    hypothesis: Hypothesis
+    x: FloatArray
+    logs: FloatArray
+
+    @property
+    def level(self) -> float:
+        """Mean over the blocks (see `Fit.level`) [-]."""
+        return float(np.mean(self.logs))
 
 
 @final
@@ -87,10 +109,10 @@ class Base:
     def best(self, starts: Sequence[tuple[Hypothesis, FloatArray]]) -> list[Moved]:
         """Return starts by what they leave, without those that run away."""
         moved = [one for start in starts if (one := self._moved(*start)) is not None]
-        return sorted(moved, key=lambda one: one[0])
+        return sorted(moved, key=lambda one: one.level)
 
-    def _residual(self, own: Linearisation, x: FloatArray) -> tuple[float, FloatArray] | None:
-        """Return the level of a place and the residual there; None where it runs away."""
+    def _residual(self, own: Linearisation, x: FloatArray) -> FloatArray | None:
+        """Return the residual at a place; None where it runs away."""
         try:
             state = own.residual(self._begun(own, own.hypothesis, x))
         except ModelError:
@@ -98,24 +120,23 @@ class Base:
         if state is None or state[1].failed.any():
             return None
         rows = self._flat(state[0])
-        return self._level(own, rows), rows
+        return rows if np.all(np.isfinite(rows)) else None
 
     @staticmethod
-    def _level(own: Linearisation, rows: FloatArray) -> float:
+    def _logs(own: Linearisation, rows: FloatArray) -> FloatArray:
         blocks = np.array_split(rows**2, max(1, round(rows.size / own.block)))
-        return float(np.mean([np.log1p(np.mean(b)) for b in blocks]))
+        return np.log1p([float(np.mean(b)) for b in blocks])
 
     def _moved(self, hypothesis: Hypothesis, x: FloatArray) -> Moved | None:
         """Return a start with the base's numbers moved; None if it runs away."""
         own = Linearisation(self.fit.data, hypothesis, self._windows)
-        here = self._residual(own, x)
-        if here is None or not np.isfinite(here[0]):
+        rows, there = self._residual(own, x), x
+        if rows is None:
             return None
         own_numbers = np.array_equal(x[: self.fit.x.size], self.fit.x)
-        if not own_numbers or hypothesis.own != self.fit.hypothesis.own:
-            return here[0], hypothesis, x
-        rows, there = self._projected(hypothesis, x, here[1])
-        return self._level(own, rows), hypothesis, there
+        if own_numbers and hypothesis.own == self.fit.hypothesis.own:
+            rows, there = self._projected(hypothesis, x, rows)
+        return Moved(hypothesis, there, self._logs(own, rows))
 
     def _projected(
         self, hypothesis: Hypothesis, x: FloatArray, rows: FloatArray

@@ -129,7 +129,7 @@ def gain(better: Score, other: Score) -> Gain:
     held_out, fitted = (better.logs, other.logs), (better.fitted, other.fitted)
     each = [float(np.max(np.expm1(logs))) <= EXCESS**2 for logs in fitted]
     tells = not all(map(_are_noise, fitted)) or each[0] != each[1]
-    return _gain(*(fitted if tells and all(map(_are_noise, held_out)) else held_out))
+    return gain_of(*(fitted if tells and all(map(_are_noise, held_out)) else held_out))
 
 
 def is_silent(score: Score) -> bool:
@@ -142,7 +142,11 @@ def leaves_something(score: Score) -> bool:
     return not (_are_noise(score.logs) and _are_noise(score.fitted))
 
 
-def _gain(better: FloatArray, other: FloatArray) -> Gain:
+def gain_of(better: FloatArray, other: FloatArray) -> Gain:
+    """Return by how much less one leaves than another, from their logarithms in each block.
+
+    Both are (n_blocks,) arrays of the same blocks (see `Score.logs`).
+    """
     apart = other - better
     mean = float(np.mean(apart))
     against = np.minimum(apart * np.sign(mean), 0.0)
