@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.diagnosis import chains
 from tests.diagnosis.one_mass import JOINT, arrays_of, one_mass
 
 from shakerproc.diagnosis.campaign import campaign_of
@@ -12,6 +13,7 @@ from shakerproc.diagnosis.hypotheses.hypothesis import hypothesis_of
 from shakerproc.diagnosis.nudged import race
 from shakerproc.diagnosis.nudged.ladder import pieces
 from shakerproc.models import EFFECTS
+from shakerproc.models.effects import Gap
 
 HIDDEN = {
     "gap": {"stiffness": 2e5, "clearance": 1e-4},
@@ -48,6 +50,20 @@ def test_a_hidden_law_leads_and_has_its_numbers(kind):
     (one,) = best.hypothesis.added
     found = one.parameters(best.hypothesis.parts(best.x)[1])
     assert found == pytest.approx(HIDDEN[kind], rel=0.03)
+
+
+def test_long_laws_are_tried_in_the_joint_that_short_ones_tell():
+    model, joint = chains.chain(2), ("m1", "m2")
+    tests = chains.campaign(chains.with_effect(model, Gap(2e5, 1e-4), joint))
+    known = chains.identifications(model, tests, ("gap", "cubic_stiffness", "offset_gap"))
+    data, none = campaign_of(model, tests).data, hypothesis_of(model)
+    result = race.raced(data, none, np.zeros(none.size), known, lambda _text: None)
+    tried = {one.hypothesis.added[-1].between: set() for one in result.left}
+    for one in result.left:
+        tried[one.hypothesis.added[-1].between] |= set(one.hypothesis.kinds)
+    assert tried == {joint: set(known[joint]), ("base", "m1"): {"gap", "cubic_stiffness"}}
+    assert result.fits[0].hypothesis.added[-1].between == joint
+    assert [name for name in result.failed if "base and m1" in name]
 
 
 def test_where_nothing_is_missing_no_law_takes_more_than_a_tenth_of_the_noise_away():

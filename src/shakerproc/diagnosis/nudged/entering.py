@@ -47,8 +47,8 @@ def entered(
     """Return effects in every joint at the first rate, and why others failed.
 
     Starts of all are compared, each in one run (see `Base`); those that leave least are
-    fitted, and laws that contain these begin where they ended, too. Laws of many numbers are
-    left in joints whose short ones leave far more than those of another.
+    fitted, and laws that contain these begin where they ended, too. In joints whose short laws
+    leave far more than those of another, none is fitted, and longer ones are not tried.
     """
     bases = _bases(on)
     failed: dict[str, str] = {}
@@ -73,13 +73,14 @@ def entered(
         failed[longer] = "shorter ones leave far more there than in another joint"
     say("the best of them")
     fits: dict[Group, Fit] = {}
-    _fit_the_best(on, ends, fits)
-    for group in list(ends):
-        old = [] if group in fits else ends[group]
+    near = {group: begun for group, begun in ends.items() if group[1] not in (behind or ())}
+    _fit_the_best(on, near, fits)
+    for group in list(near):
+        old = [] if group in fits else near[group]
         begun = [*old, *bases[0].best(beyond(group, known, fits))]
-        ends[group] = sorted(begun, key=_level)[:FROM]
-    _fit_the_best(on, ends, fits)
-    for group, begun in ends.items():
+        near[group] = sorted(begun, key=_level)[:FROM]
+    _fit_the_best(on, near, fits)
+    for group, begun in {**ends, **near}.items():
         there = _fitted(on, begun[0], rounds=0) if begun and group not in fits else None
         if there is not None:
             fits[group] = there

@@ -20,7 +20,7 @@ DELAY_TOLERANCE: Final = 40e-6
 
 
 def faults_of(found: Found, fit: Fit) -> list[Finding]:
-    """Return gains and delays beyond what is usual, with their intervals.
+    """Return gains and delays beyond what is usual, and for sure, with their intervals.
 
     Not of a fit to a joint that held: it has no gain and delay but what imitate that.
     """
@@ -39,10 +39,10 @@ def faults_of(found: Found, fit: Fit) -> list[Finding]:
         out += _in_the_samples(found, i, name)
         if found.signs and found.signs[i] < 0.0:
             out.append(Finding("sensor_polarity", (name,), {}))
-        if abs(size - 1.0) > GAIN_TOLERANCE:
+        if abs(size - 1.0) > max(GAIN_TOLERANCE, own):
             value = Estimate(size, size - own, size + own, "1")
             out.append(Finding("sensor_gain", (name,), {"gain": value}))
-        if abs(delay) > DELAY_TOLERANCE:
+        if abs(delay) > max(DELAY_TOLERANCE, late):
             value = Estimate(delay, delay - late, delay + late, "s")
             out.append(Finding("sensor_delay", (name,), {"delay": value}))
     return out
