@@ -110,7 +110,7 @@ def _pairs(
         campaign.data, first.hypothesis, first.x, campaign.known, say, channels=first.channels
     )
     kind = first.hypothesis.kinds[0]
-    return list(one.fits), {f"{kind}+{name}": why for name, why in one.failed.items()}
+    return list(one.fits), {f"{kind} and {name}": why for name, why in one.failed.items()}
 
 
 def _not_outdone(pairs: Sequence[Fit], known: Known) -> list[Fit]:

@@ -33,8 +33,8 @@ APART: Final = 0.2
 """Change of a coordinate from which on a start is another one [-]."""
 
 SHORT: Final = 2
-"""Numbers of the laws that tell which joints may have the effect: in 9 of 9 chains one of
-these led in the right joint, by 0.34 to 3.4 of the level [-]."""
+"""Numbers of the laws that tell which joints may have the effect: of 18 drawn chains one of
+these led in the right joint in 17, by up to 93 errors, and was 1.4 behind in the other [-]."""
 
 DECADE: Final = 10.0
 """Ratio of forces from which on they are two starts: between them the least squares of the
