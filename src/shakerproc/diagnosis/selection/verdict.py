@@ -258,7 +258,7 @@ def _notes(
             "No test is marked hold_out: true; the held-out error is of a third of the "
             "tests, in blocks, which took no part in the fit."
         )
-    notes += [f"{name} left out: {why}." for name, why in found.failed.items()]
+    notes += [f"Left out: {name} ({why})." for name, why in found.failed.items()]
     if far and verdict != "cannot tell":
         notes.append(wording.far_sentence(far))
     if verdict == "effect found":
