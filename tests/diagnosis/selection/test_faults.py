@@ -2,11 +2,13 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.result import Finding
+from shakerproc.diagnosis.selection import faults
 from shakerproc.diagnosis.selection.faults import doubted
 
 GAIN = Finding("sensor_gain", ("top",), {"gain": Estimate(0.9, 0.89, 0.91, "1")})
@@ -37,6 +39,31 @@ def found(left, late=(), floor=0.01):
 )
 def test_what_is_left_doubts_gains_and_delays_that_were_not_seen_before(of, in_doubt):
     assert doubted(of, None, FAULTS) == in_doubt
+
+
+@pytest.mark.parametrize(
+    ("deviation", "taken_out", "kinds"),
+    [
+        (0.01, False, ["sensor_gain", "sensor_delay"]),
+        (0.1, False, []),
+        (0.1, True, ["sensor_gain", "sensor_delay"]),
+    ],
+    ids=["surely off", "may be perfect", "taken out of the tests"],
+)
+def test_a_gain_or_delay_that_may_be_none_is_no_fault(deviation, taken_out, kinds, monkeypatch):
+    monkeypatch.setattr(faults, "applied_gain", lambda _: 1.0)
+    monkeypatch.setattr(faults, "applied_delay", lambda _: 0.0)
+    model = SimpleNamespace(sensors={"top": None})
+    fit = SimpleNamespace(
+        hypothesis=SimpleNamespace(size=0, model=model), gain=np.array([0.9]),
+        delay=np.array([1e-3]),
+        uncertainty=SimpleNamespace(total=np.diag([deviation, 1e-2 * deviation]) ** 2),
+    )  # fmt: skip
+    search = SimpleNamespace(
+        corrected=taken_out, late=(), signs=(), rigid=(), hums=(), linear_model=None,
+        data=SimpleNamespace(tests=(), model=model),
+    )  # fmt: skip
+    assert [one.kind for one in faults.faults_of(search, fit)] == kinds
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ class Base:
         if state is None or state[1].failed.any():
             return None
         rows = self._flat(state[0])
-        return rows if np.all(np.isfinite(rows)) else None
+        return rows if np.isfinite(np.sum(rows**2)) else None
 
     @staticmethod
     def _logs(own: Linearisation, rows: FloatArray) -> FloatArray:

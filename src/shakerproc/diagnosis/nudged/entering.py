@@ -50,30 +50,24 @@ def entered(
     fitted, and laws that contain these begin where they ended, too. In joints whose short laws
     leave far more than those of another, none is fitted, and longer ones are not tried.
     """
-    bases = _bases(on)
-    failed: dict[str, str] = {}
-    ends: dict[Group, list[Moved]] = {}
-    every = own_starts(on, known)
-    behind: set[Joint] | None = None
-    for group, starts in every.items():
-        kind, joint, words = group
-        if len(known[joint][kind].free) > SHORT:
-            behind = _far_behind(ends) if behind is None else behind
-            if joint in behind:
-                continue
-        say(f"{kind} between {' and '.join(joint)}")
-        begun = [one for base in bases for one in base.best(_of(base, starts))]
-        begun += bases[-1].best(_in_wells(on, starts))
-        ends[group] = sorted(begun, key=_level)[:FROM]
-        if not ends[group]:
-            failed[" ".join((kind, *words))] = "its motion runs away"
+    bases, every = _bases(on), own_starts(on, known)
+    short = [group for group in every if len(known[group[1]][group[0]].free) <= SHORT]
+    ends = {group: _ends(on, bases, group, every[group], say) for group in short}
+    behind = _far_behind(ends)
+    longer = [group for group in every if group not in ends and group[1] not in behind]
+    ends |= {group: _ends(on, bases, group, every[group], say) for group in longer}
+    failed = {
+        " ".join((kind, *words)): "its motion runs away"
+        for (kind, _, words), begun in ends.items()
+        if not begun
+    }
     if behind:
         where = ", ".join(" and ".join(joint) for joint in known if joint in behind)
-        longer = f"laws of more than {numeral(SHORT)} numbers between {where}"
-        failed[longer] = "shorter ones leave far more there than in another joint"
+        left_out = f"laws of more than {numeral(SHORT)} numbers between {where}"
+        failed[left_out] = "shorter ones leave far more there than in another joint"
     say("the best of them")
     fits: dict[Group, Fit] = {}
-    near = {group: begun for group, begun in ends.items() if group[1] not in (behind or ())}
+    near = {group: begun for group, begun in ends.items() if group[1] not in behind}
     _fit_the_best(on, near, fits)
     for group in list(near):
         old = [] if group in fits else near[group]
@@ -85,6 +79,17 @@ def entered(
         if there is not None:
             fits[group] = there
     return fits, failed
+
+
+def _ends(
+    on: Fit, bases: Sequence[Base], group: Group, starts: Sequence[Tried],
+    say: Callable[[str], None],
+) -> list[Moved]:  # fmt: skip
+    """Return the starts of an effect that leave least with the bases' numbers moved."""
+    say(f"{group[0]} between {' and '.join(group[1])}")
+    begun = [one for base in bases for one in base.best(_of(base, starts))]
+    begun += bases[-1].best(_in_wells(on, starts))
+    return sorted(begun, key=_level)[:FROM]
 
 
 def _far_behind(ends: Mapping[Group, Sequence[Moved]]) -> set[Joint]:

@@ -20,9 +20,10 @@ DELAY_TOLERANCE: Final = 40e-6
 
 
 def faults_of(found: Found, fit: Fit) -> list[Finding]:
-    """Return gains and delays beyond what is usual, and for sure, with their intervals.
+    """Return gains and delays beyond what is usual, with their intervals.
 
-    Not of a fit to a joint that held: it has no gain and delay but what imitate that.
+    Those alone whose interval leaves the perfect sensor out, but whatever was taken out of the
+    tests is told. Not of a fit to a joint that held: it has none but what imitate that.
     """
     n, n_sensors = fit.hypothesis.size, fit.gain.size
     spread = 1.96 * np.sqrt(np.maximum(np.diag(fit.uncertainty.total), 0.0))
@@ -39,10 +40,11 @@ def faults_of(found: Found, fit: Fit) -> list[Finding]:
         out += _in_the_samples(found, i, name)
         if found.signs and found.signs[i] < 0.0:
             out.append(Finding("sensor_polarity", (name,), {}))
-        if abs(size - 1.0) > max(GAIN_TOLERANCE, own):
+        if abs(size - 1.0) > max(GAIN_TOLERANCE, 0.0 if found.corrected else own):
             value = Estimate(size, size - own, size + own, "1")
             out.append(Finding("sensor_gain", (name,), {"gain": value}))
-        if abs(delay) > max(DELAY_TOLERANCE, late):
+        taken_out = found.corrected or (found.late and found.late[i] != 0.0)
+        if abs(delay) > max(DELAY_TOLERANCE, 0.0 if taken_out else late):
             value = Estimate(delay, delay - late, delay + late, "s")
             out.append(Finding("sensor_delay", (name,), {"delay": value}))
     return out
