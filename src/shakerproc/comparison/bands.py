@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.comparison.errors import Pair
-from shakerproc.comparison.floor import Floor
 from shakerproc.comparison.prediction import Prediction
 from shakerproc.data import FloatArray
 
@@ -45,19 +44,27 @@ class BandErrors:
 
 
 def band_errors(
-    predictions: Sequence[Prediction], pairs: Sequence[Pair], floors: Sequence[Floor]
+    predictions: Sequence[Prediction], pairs: Sequence[Pair], noise: Sequence[FloatArray]
 ) -> BandErrors:
-    """Return the residual of the model in each third-octave band."""
+    """Return the residual of the model in each third-octave band.
+
+    Parameters
+    ----------
+    predictions, pairs : sequence of Prediction, sequence of Pair
+        Of each test.
+    noise : sequence of (n_sensors, n_frequencies) array
+        Noise at the bins of each pair [unit^2/Hz].
+    """
     low = min(prediction.measured.band[0] for prediction in predictions)
     high = max(prediction.measured.band[1] for prediction in predictions)
     n_bands = max(1, int(np.ceil(np.log2(high / low) * PER_OCTAVE)))
     edges = low * 2.0 ** (np.arange(n_bands + 1) / PER_OCTAVE)
-    left, whole, noise = (
+    left, whole, known_noise = (
         np.array([_in_bands(edges, pair, of) for pair, of in zip(pairs, rows, strict=True)])
         for rows in (
             [pair.residual for pair in pairs],
             [pair.psd for pair in pairs],
-            [floor.density for floor in floors],
+            noise,
         )
     )
     known = whole > 0.0
@@ -66,7 +73,7 @@ def band_errors(
     return BandErrors(
         edges=edges,
         error=np.where(known, np.sqrt(left / base), np.nan),
-        floor=np.where(known, np.sqrt(noise / base), np.nan),
+        floor=np.where(known, np.sqrt(known_noise / base), np.nan),
         share=left / np.where(total > 0.0, total, 1.0),
         driven=np.array([_driven(edges, p.measured.excited) for p in predictions]),
     )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Final, final
 
@@ -10,7 +11,13 @@ import numpy as np
 from shakerproc.comparison.bands import BandErrors, band_errors
 from shakerproc.comparison.drift import TimeErrors, time_errors
 from shakerproc.comparison.errors import Pair, SensorErrors, errors_of, pair_of
-from shakerproc.comparison.floor import Floor, floor_draws, floor_of, with_more_refuted
+from shakerproc.comparison.floor import (
+    Floor,
+    density_of,
+    floor_draws,
+    floor_of,
+    with_more_refuted,
+)
 from shakerproc.comparison.free_run_error import Scored, free_run_error, pooled
 from shakerproc.comparison.harmonics import HarmonicErrors, harmonic_errors
 from shakerproc.comparison.held_out import held_out as held_out_of
@@ -35,39 +42,58 @@ _SOURCES = 5  # of noise, one after the other, and what a model leaves of the la
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class TestComparison:
     """One test.
 
     Attributes
     ----------
+    model : Model
+        The model.
     prediction : Prediction
         What was measured and what the model says.
-    pair : Pair
-        Their spectra.
-    errors : tuple of SensorErrors
-        One for every sensor.
     floor : Floor
         Noise of the test.
-    harmonics : tuple of HarmonicErrors, optional
-        One for every sensor, in sweeps and at tones.
-    time : TimeErrors
-        Error along the test.
-    joints : tuple of JointMotion
-        Force and motion of every joint of which the recordings tell both.
-    not_told : tuple of NotTold
-        The other joints, and what the recordings lack.
     """
 
     __test__ = False
+    model: Model
     prediction: Prediction
-    pair: Pair
-    errors: tuple[SensorErrors, ...]
     floor: Floor
-    harmonics: tuple[HarmonicErrors, ...] | None
-    time: TimeErrors
-    joints: tuple[JointMotion, ...]
-    not_told: tuple[NotTold, ...]
+
+    @cached_property
+    def pair(self) -> Pair:
+        """Spectra of what was measured and of what the model says."""
+        return pair_of(self.prediction)
+
+    @cached_property
+    def errors(self) -> tuple[SensorErrors, ...]:
+        """Errors of every sensor."""
+        return errors_of(self.prediction, self.pair)
+
+    @cached_property
+    def harmonics(self) -> tuple[HarmonicErrors, ...] | None:
+        """Harmonics of every sensor, in sweeps and at tones."""
+        return harmonic_errors(self.prediction)
+
+    @cached_property
+    def time(self) -> TimeErrors:
+        """Error along the test."""
+        return time_errors(self.prediction)
+
+    @cached_property
+    def _motions(self) -> tuple[tuple[JointMotion, ...], tuple[NotTold, ...]]:
+        return joint_motions(self.model, self.measured)
+
+    @property
+    def joints(self) -> tuple[JointMotion, ...]:
+        """Force and motion of every joint of which the recordings tell both."""
+        return self._motions[0]
+
+    @property
+    def not_told(self) -> tuple[NotTold, ...]:
+        """The other joints, and what the recordings lack."""
+        return self._motions[1]
 
     @property
     def measured(self) -> Measured:
@@ -99,7 +125,7 @@ class TestComparison:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """A model compared with a campaign.
 
@@ -109,22 +135,30 @@ class Comparison:
         The model, refitted if that was asked.
     tests : tuple of TestComparison
         In the order of the log.
-    bands : BandErrors
-        Where in frequency it fails.
     refit : Refit, optional
         The fit that came first.
     left_out : tuple of str
         Which tests took no part since a channel did not measure, a sentence each.
-    warnings : tuple of str
-        What looks wrong with the log, a sentence each.
     """
 
     model: Model
     tests: tuple[TestComparison, ...]
-    bands: BandErrors
     refit: Refit | None
     left_out: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+
+    @cached_property
+    def bands(self) -> BandErrors:
+        """Where in frequency the model fails."""
+        tests = self.tests
+        return band_errors(
+            [t.prediction for t in tests], [t.pair for t in tests],
+            [density_of(t.prediction, t.pair) for t in tests],
+        )  # fmt: skip
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What looks wrong with the log, a sentence each."""
+        return exchanged(self.model, [(t.prediction, t.pair) for t in self.tests])
 
     @property
     def error(self) -> float:
@@ -230,11 +264,7 @@ def compare_tests(
         model = fitted.model
     compared = [_compared(model, test, windows.get(test.name), tell) for test in tests]
     compared = _with_next_floors(model, compared, tests)
-    predictions, pairs = [t.prediction for t in compared], [t.pair for t in compared]
-    return Comparison(
-        model, tuple(compared), band_errors(predictions, pairs, [t.floor for t in compared]),
-        fitted, tuple(left_out), exchanged(model, list(zip(predictions, pairs, strict=True))),
-    )  # fmt: skip
+    return Comparison(model, tuple(compared), fitted, tuple(left_out))
 
 
 def _compared(
@@ -242,18 +272,7 @@ def _compared(
 ) -> TestComparison:
     tell(f"test {test.name}")
     prediction = predict(model, test, windows=windows)
-    pair = pair_of(prediction)
-    joints, not_told = joint_motions(model, test)
-    return TestComparison(
-        prediction=prediction,
-        pair=pair,
-        errors=errors_of(prediction, pair),
-        floor=floor_of(prediction, pair),
-        harmonics=harmonic_errors(prediction),
-        time=time_errors(prediction),
-        joints=joints,
-        not_told=not_told,
-    )
+    return TestComparison(model, prediction, floor_of(prediction))
 
 
 def _with_next_floors(
@@ -279,8 +298,9 @@ def _with_next_floors(
                 prediction = replace(found[i].prediction, measured=measured[i])
                 if (more.inputs, more.share) != (less.inputs, less.share):
                     prediction = predict(model, measured[i], windows=prediction.windows)
-                floor = floor_of(prediction, found[i].pair, more)
-                found[i] = replace(found[i], prediction=prediction, floor=floor)
+                found[i] = replace(
+                    found[i], prediction=prediction, floor=floor_of(prediction, more)
+                )
     return found
 
 

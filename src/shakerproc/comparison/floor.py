@@ -34,8 +34,6 @@ class Floor:
     share : (n_sensors,) array
         Noise over response, both rms within the band of the error; not a number where it is
         unknown [-].
-    density : (n_sensors, n_frequencies) array
-        Noise at the bins of the pair of spectra [unit^2/Hz].
     source : str
         Where it was taken from.
     refuted : Refuted
@@ -43,7 +41,6 @@ class Floor:
     """
 
     share: FloatArray
-    density: FloatArray
     source: str
     refuted: Refuted = NOT_REFUTED
 
@@ -98,17 +95,19 @@ def sensor_shares(test: Scored, noise: Noise) -> FloatArray:
     return shares
 
 
-def floor_of(prediction: Prediction, pair: Pair, refuted: Refuted = NOT_REFUTED) -> Floor:
+def floor_of(prediction: Prediction, refuted: Refuted = NOT_REFUTED) -> Floor:
     """Return the noise floor of a test under a model."""
-    noise, measured = prediction.measured.noise, prediction.measured
+    noise = prediction.measured.noise
+    share = floor_shares(prediction.scored, noise, prediction.moved)
+    return Floor(share, noise.source, refuted)
+
+
+def density_of(prediction: Prediction, pair: Pair) -> FloatArray:
+    """Return noise at the bins of a pair, (n_sensors, n_frequencies) array [unit^2/Hz]."""
+    measured = prediction.measured
     moved = prediction.moved[:, :, prediction.scored.counted]
     passed = np.mean([_density(one, measured.sample_rate, pair) for one in moved], axis=0)
-    return Floor(
-        share=floor_shares(prediction.scored, noise, prediction.moved),
-        density=noise.responses_at(pair.frequency) + passed,
-        source=noise.source,
-        refuted=refuted,
-    )
+    return np.asarray(measured.noise.responses_at(pair.frequency) + passed)
 
 
 def _density(rows: FloatArray, sample_rate: float, pair: Pair) -> FloatArray:
