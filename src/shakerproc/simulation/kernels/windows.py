@@ -146,6 +146,10 @@ FREE_STEPS: Final = 2000
 """So many are free, whatever the length of the window, and so many may fall into one piece of
 the input: a law that takes more is too fast for any sample to tell."""
 
+MOST_IDLE: Final = 15
+"""Samples at most that series carry before propagators are tried again: as many as they failed
+one after the other, twice over each time [-]."""
+
 DONE: Final = 0
 STUCK: Final = 1
 DIVERGED: Final = 2
@@ -188,6 +192,7 @@ def _walk(
     n, n_y, tables = machine.mass.size, series.y.shape[0], store.parts.size > 0
     linear = tables and store.push.shape[2] == 0
     passed, wanted, weary = 0.0, 1.0, stats[3] + patience
+    idle, missed = 0, 0
     while j < stop and stats[3] < weary:
         end = min(stop, j + stride - j % stride) if j < until * stride else stop
         if linear and n == 1 and n_y == 2:
@@ -200,11 +205,16 @@ def _walk(
                 machine, store, pieces, j, end, stride, before, scales, series, room[0],
                 room[1], motion, accelerations, n, n_y,
             )  # fmt: skip
-        elif tables:
+        elif tables and idle == 0:
+            from_here = j
             j, passed = carry(
                 machine, store, pieces, j, end, stride, before, sample, tolerance, scales,
                 series, carried, motion, accelerations, n, n_y,
             )  # fmt: skip
+            missed = 0 if j > from_here or passed > 0.0 else min(2 * missed + 1, MOST_IDLE)
+            idle = missed
+        else:
+            idle -= 1
         if j == end:
             _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
             continue
