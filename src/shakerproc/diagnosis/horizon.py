@@ -19,6 +19,7 @@ from shakerproc.diagnosis.estimation.form import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.found import is_within
+from shakerproc.diagnosis.nudged.ladder import FORGOTTEN
 from shakerproc.diagnosis.selection.errors import (
     LONGER,
     PARTED,
@@ -72,8 +73,8 @@ def compared(
         horizon tells that best. The horizons, the last of which hypotheses are compared in; the
         model without any effect there; and those that may explain the tests.
     """
-    forms = usable_forms(campaign.data)
     best = min((linear, *singles), key=lambda one: one.level)
+    forms = _not_reached(usable_forms(campaign.data), best)
     standing, scores = [linear, *singles], list[Score]()
     chosen, least, past = 0, np.inf, list[_Reached]()
     near, whole = False, None
@@ -108,6 +109,19 @@ def compared(
         silent = scores_beside(campaign, past[-1].best, None, effects, forms[chosen])
         scores = [*scores, *silent]
     return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
+
+
+def _not_reached(forms: Sequence[Form], best: Fit) -> list[Form]:
+    """Return the horizons from the last on that the best one was held for in the race.
+
+    A run that was held so little has predicted as far ahead already.
+    """
+    rate = best.windows.rate
+    reached = [
+        i for i, form in enumerate(forms)
+        if rate and form.horizon is not None and form.horizon <= FORGOTTEN / rate
+    ]  # fmt: skip
+    return list(forms[max(reached, default=0) :])
 
 
 @final

@@ -20,13 +20,23 @@ from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.race import raced
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.selection.errors import takes_most
-from shakerproc.diagnosis.selection.scores import SURE, Score, best_of, gain, leaves_something
+from shakerproc.diagnosis.selection.scores import (
+    SURE,
+    Score,
+    as_fitted,
+    best_of,
+    gain,
+    leaves_something,
+)
 from shakerproc.models import Mode
 from shakerproc.models.effects import AttachedMode
 
 FASTEST: Final = 0.4
 """Highest frequency of a mode that is tried, over the sample rate: filters of recorders end
 there [-]."""
+
+RATES: Final = 2
+"""Nudging rates at which a mode is sought: it is far above what these are one over [-]."""
 
 STARTS: Final = 64
 """Frequencies at which a mode is tried [-]."""
@@ -113,9 +123,14 @@ def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
         return None
     on = best.fit
     modes = raced(
-        campaign.data, on.hypothesis, on.x, known, lambda _: None, channels=on.channels
-    )
+        campaign.data, on.hypothesis, on.x, known, lambda _: None, channels=on.channels,
+        n_rates=RATES,
+    )  # fmt: skip
+    bare = as_fitted(modes.base.data, modes.base)
     for found in modes.fits[:1]:
+        held = as_fitted(found.data, found)
+        if bare is None or held is None or gain(held, bare).t <= SURE:
+            return None
         there = carried(campaign.data, found, [form])
         if (
             there is not None

@@ -70,6 +70,7 @@ def raced(
     say: Callable[[str], None],
     *,
     channels: Channels | None = None,
+    n_rates: int | None = None,
 ) -> Raced:
     """Return the effects that last in a race on top of a hypothesis.
 
@@ -87,13 +88,15 @@ def raced(
         Called with what is being tried.
     channels : Channels, optional
         Gains, delays and numbers of tests to start from.
+    n_rates : int, optional
+        Nudging rates after which the race ends; all by default.
 
     Raises
     ------
     DiagnosisError
         If the motion of the hypothesis runs away.
     """
-    ladder = ladder_of(data)
+    ladder = ladder_of(data)[:n_rates]
     on = fit(data, hypothesis, x, ladder[0].windows, rounds=0, channels=channels)
     if on is None:
         raise DiagnosisError(f"{data.model.title}: {RUNS_AWAY}")
