@@ -35,8 +35,8 @@ FASTEST: Final = 0.4
 """Highest frequency of a mode that is tried, over the sample rate: filters of recorders end
 there [-]."""
 
-RATES: Final = 2
-"""Nudging rates at which a mode is sought: it is far above what these are one over [-]."""
+N_RATES: Final = 2
+"""Nudging rates at which a mode is sought, the highest: it is far above all of them [-]."""
 
 STARTS: Final = 64
 """Frequencies at which a mode is tried [-]."""
@@ -112,7 +112,7 @@ def _has_mode(score: Score) -> bool:
 def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
     """Return an attached mode that a hypothesis with an effect lacks; None without one.
 
-    A strong effect hides it in spectra. In short windows an attached mode is fitted beside all
+    A strong effect hides it in spectra. While it is held an attached mode is fitted beside all
     numbers of the effect, far above the model's own modes (see `further_modes.APART`); at the
     horizon it has to take most of what is left beyond the noise. Where noise alone is left
     there is nothing to take.
@@ -124,7 +124,7 @@ def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
     on = best.fit
     modes = raced(
         campaign.data, on.hypothesis, on.x, known, lambda _: None, channels=on.channels,
-        n_rates=RATES,
+        n_rates=N_RATES,
     )  # fmt: skip
     bare = as_fitted(modes.base.data, modes.base)
     for found in modes.fits[:1]:

@@ -205,7 +205,9 @@ def _walk(
                 machine, store, pieces, j, end, stride, before, scales, series, room[0],
                 room[1], motion, accelerations, n, n_y,
             )  # fmt: skip
-        elif tables and idle == 0:
+        elif tables and idle > 0:
+            idle -= 1
+        elif tables:
             from_here = j
             j, passed = carry(
                 machine, store, pieces, j, end, stride, before, sample, tolerance, scales,
@@ -213,8 +215,6 @@ def _walk(
             )  # fmt: skip
             missed = 0 if j > from_here or passed > 0.0 else min(2 * missed + 1, MOST_IDLE)
             idle = missed
-        else:
-            idle -= 1
         if j == end:
             _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
             continue
