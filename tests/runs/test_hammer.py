@@ -85,7 +85,7 @@ def test_what_the_exponential_window_adds_is_told(good):
     assert row["added_by_window_percent"] == pytest.approx(
         100 / (2 * np.pi * 62.0 * 0.2), rel=1e-3
     )
-    (told,) = [text for text in found(result, "blows").told if "exponential" in text]
+    (told,) = [text for text in found(result, "blows").sentences if "exponential" in text]
     assert "time constant 0.2 s" in told
 
 
@@ -307,7 +307,7 @@ def test_there_is_no_driving_point_where_the_log_tells_of_none(good, uses):
 
 def test_where_the_force_falls_is_told(good):
     """A half-sine of 4 ms is 20 dB down first at the frequency where its transform is 0.1."""
-    told = " ".join(found(processed(good, Hammer(length=1.9)), "blows").told)
+    told = " ".join(found(processed(good, Hammer(length=1.9)), "blows").sentences)
     frequency = np.linspace(200.0, 400.0, 2001)
     gain = np.abs(half_sine(frequency, 0.0)) / np.abs(half_sine(np.array([20.0]), 0.0))
     wanted = frequency[np.flatnonzero(gain < 0.1)[0]]

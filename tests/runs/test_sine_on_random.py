@@ -78,7 +78,7 @@ def test_the_profile_is_kept_by_the_floor_and_broken_by_a_floor_that_is_wrong():
     def told(density, excitation, stated):
         control = floor_of(2, density) + tones_of()
         result = processed(control, excitation, stated=stated, profile=FLAT)
-        return next(one.told[0] for one in result.analyses if one.kind == "profile")
+        return next(one.sentences[0] for one in result.analyses if one.kind == "profile")
 
     assert told(FLOOR, "sine on random", TONES) == "Profile flat: kept."
     assert "NOT KEPT" in told(FLOOR, "random", ())

@@ -13,7 +13,7 @@ from shakerproc.campaign.trends import SINGLE_FREQUENCY
 from shakerproc.errors import TableError
 from shakerproc.late import without_parquet
 from shakerproc.numerals import numeral
-from shakerproc.recordings.apart import result_apart
+from shakerproc.recordings.own_process import result_apart
 from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.summary import by_tests
 from shakerproc.runs.tables import former_note, present_name

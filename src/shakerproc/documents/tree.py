@@ -119,10 +119,10 @@ def _around(text: str, line: int, column: int) -> tuple[str, str]:
     return found[: column - 1], found[column - 1 :]
 
 
-def _on_first_character(found: str) -> str:
-    if found == "\t":
+def _on_first_character(character: str) -> str:
+    if character == "\t":
         return "a tab; indent with spaces"
-    return f'nothing may begin with "{found}"; put the text in quotes'
+    return f'nothing may begin with "{character}"; put the text in quotes'
 
 
 @final

@@ -185,7 +185,7 @@ class JointStiffness:
         Sum of the last forces over sum of the last displacements [N/m].
     slope : Slope
         Mean slope of the last runs, the bounds from their scatter [N/m].
-    settled : bool
+    converged : bool
         False where the runs that count still stiffen from one to the next.
     """
 
@@ -194,7 +194,7 @@ class JointStiffness:
     slopes: tuple[Slope, ...]
     thesis: float
     slope: Slope
-    settled: bool
+    converged: bool
 
 
 def joint_stiffness(
@@ -242,7 +242,7 @@ def joint_stiffness(
         slopes=slopes,
         thesis=float(counted[:, 1].sum() / counted[:, 0].sum()),
         slope=_mean_slope(np.array([s.value for s in slopes[-last:]])),
-        settled=not _still_stiffens(slopes[-last:]),
+        converged=not _still_stiffens(slopes[-last:]),
     )
 
 

@@ -29,18 +29,18 @@ def as_shown(unit: str, *values: float | None) -> tuple[str, list[float | None]]
     return name, [None if value is None else value / factor for value in values]
 
 
-def headline(found: CampaignForecast) -> str:
+def headline(forecast: CampaignForecast) -> str:
     """Return go or no-go of all planned tests, with the limit that decides."""
-    judged = [(one, limit) for one in found.tests for limit in one.limits]
+    judged = [(one, limit) for one in forecast.tests for limit in one.limits]
     if not judged:
         return "no verdict: the log has no limits; add limits: {ch3: 40 g peak}, say"
     test, worst = max(judged, key=lambda pair: pair[1].probability)
     told = f"test {test.planned.test.id} exceeds {worst.name} {limit_text(worst)}"
-    if all(one.go for one in found.tests):
+    if all(one.go for one in forecast.tests):
         return f"go: every limit is kept; at most {percent(worst.probability)} that {told}"
     verdict = f"no-go: {told} with a probability of {percent(worst.probability)}"
     plan = test.notch
-    if plan is None or plan.found is None:
+    if plan is None or plan.notched is None:
         return verdict
     return f"{verdict}; notched, each limit is kept with {percent(plan.wish.probability)}"
 
@@ -77,15 +77,15 @@ def _of_limit(one: TestForecast, judged: JudgedLimit) -> str:
 def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
     """Return the effects of notches on a planned test, a sentence each."""
     found = []
-    if plan.found is not None:
+    if plan.notched is not None:
         each = f"each limit with {percent(plan.wish.probability)}"
-        found.append(f"Notches keep {each}: {_taken(one, plan.found)}.")
+        found.append(f"Notches keep {each}: {_taken(one, plan.notched)}.")
         rows: dict[str, list[str]] = {}
-        for quantity, cost in plan.found.cost_db.items():
+        for quantity, cost in plan.notched.cost_db.items():
             word = "its largest value" if quantity.what == "peak" else quantity.what
             rows.setdefault(quantity.name, []).append(f"{cost:.1f} dB of {word}")
         found += [f"They cost {name} {' and '.join(told)}." for name, told in rows.items()]
-        found.append(f"Under other phases {_exceeded(one, plan.found)}.")
+        found.append(f"Under other phases {_exceeded(one, plan.notched)}.")
     elif plan.needless:
         found.append(f"No notch is needed: {plan.why_none}.")
     else:
@@ -164,15 +164,15 @@ def limit_text(judged: JudgedLimit) -> str:
     return f"{numeral(limit.value / factor)} {unit}"
 
 
-def document_of(found: CampaignForecast) -> dict[str, Any]:
+def document_of(forecast: CampaignForecast) -> dict[str, Any]:
     """Return a forecast as JSON holds it: SI units, 90 % bands."""
     kinds = ("rms", "peak", "peak_frequency_hz")
     errors = {}
     for kind in kinds:
         quantity = next(
-            q for q in found.tests[0].spreads if q.whose == "response" and q.what == kind
+            q for q in forecast.tests[0].spreads if q.whose == "response" and q.what == kind
         )
-        one = found.evidence.error(quantity)
+        one = forecast.evidence.error(quantity)
         if one is not None:
             errors[kind] = {
                 "fitted_db": one.fitted_db, "growth_db_per_db": one.growth,
@@ -180,8 +180,8 @@ def document_of(found: CampaignForecast) -> dict[str, Any]:
             }  # fmt: skip
     return {
         "schema": SCHEMA,
-        "title": found.title,
-        "tests": [_test(one) for one in found.tests],
+        "title": forecast.title,
+        "tests": [_test(one) for one in forecast.tests],
         "model_error": errors,
         "levels": [
             {
@@ -190,10 +190,10 @@ def document_of(found: CampaignForecast) -> dict[str, Any]:
                 "measured": one.measured, "error_db": one.error_db,
                 "carried_db": one.carried_db,
             }
-            for one in found.evidence.errors
+            for one in forecast.evidence.errors
         ],
-        "last_step": _step(found.step),
-        "notes": list(found.notes),
+        "last_step": _step(forecast.step),
+        "notes": list(forecast.notes),
     }  # fmt: skip
 
 
@@ -257,7 +257,7 @@ def _test(one: TestForecast) -> dict[str, Any]:
 
 def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
     """Return a notch plan as JSON: breakpoints in the unit that their key names."""
-    found = plan.found
+    found = plan.notched
     told: dict[str, Any] = {
         "probability": plan.wish.probability,
         "edges_db_per_octave": plan.wish.slope,

@@ -69,7 +69,7 @@ class Planned:
         What it excites, and within which responses are recorded [Hz].
     spreads : (float, (n_sensors,) array)
         Standard uncertainty of the gain of the input and of each response [-].
-    carried : float, optional
+    shaker_mass : float, optional
         Mass that the shaker moves besides the model [kg].
     table : bool
         Whether the motion of the table is judged.
@@ -81,7 +81,7 @@ class Planned:
     excited: tuple[float, float]
     compared: tuple[float, float]
     spreads: tuple[float, FloatArray]
-    carried: float | None = None
+    shaker_mass: float | None = None
     table: bool = False
 
     @property
@@ -246,13 +246,13 @@ def ensemble(
         rows = np.array(list(motion.responses.values()))
         spectra = densities(rows, motion.sample_rate, planned.excited)
         largest = partial(_largest, longer, generator)
-        values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
+        values.append(values_of_motion(model, motion, spectra, largest, planned.shaker_mass))
         frequency = spectra[0].frequency
         drawn_densities.append([
             one.values * gain**2 for one, gain in zip(spectra, off, strict=True)
         ])
         for quantity, rows_of in passed.items():
-            samples = samples_of(quantity, model, motion, planned.carried)
+            samples = samples_of(quantity, model, motion, planned.shaker_mass)
             rows_of.append(passage(planned.test, motion, samples))
     if 2 * len(values) < count:
         where = f"in {count - len(values)} of {count} draws of its numbers"

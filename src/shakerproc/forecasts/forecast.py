@@ -156,13 +156,13 @@ class Nearest:
         Of the fitted numbers and of draws of them there [dB].
     amplitude : float
         Rms of its drive [SI].
-    alike : bool
+    same_drive : bool
         Whether it is driven alike.
     """
 
     errors: dict[Quantity, FloatArray]
     amplitude: float
-    alike: bool
+    same_drive: bool
 
     def freed(self, quantity: Quantity, made: Ensemble) -> FloatArray:
         """Return drawn values that begin at the measured one, (n_draws,) array [its unit]."""
@@ -171,7 +171,7 @@ class Nearest:
             return values
         near = self.errors[quantity][1 + made.draws]
         near = np.where(np.isfinite(near), near, np.nanmedian(self.errors[quantity]))
-        share = carried_share(near, 20.0 * np.log10(values), alike=self.alike)
+        share = carried_share(near, 20.0 * np.log10(values), same_drive=self.same_drive)
         return np.asarray(values * 10.0 ** (-share * near / 20.0))
 
 
@@ -339,19 +339,19 @@ def evidence_of(
     fitted = tuple(test for test in drives if not test.test.hold_out)
 
     @cache
-    def raw(own: FittedNumbers, test: Measured, highest: float) -> list[LevelError]:
-        return level_errors(own, test, drives[test], highest)
+    def raw(fitted_numbers: FittedNumbers, test: Measured, highest: float) -> list[LevelError]:
+        return level_errors(fitted_numbers, test, drives[test], highest)
 
     def errors_of(
-        own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
+        fitted_numbers: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
     ) -> Iterator[LevelError]:
         highest = max(map(amplitude_of_measured, known))
         for test in of:
             kind = kind_of_measured(model, test)
             near = nearest_level(model, known, kind, amplitude_of_measured(test))
-            there = [one for other in near for one in raw(own, other, highest)]
+            there = [one for other in near for one in raw(fitted_numbers, other, highest)]
             alike = kind_of_measured(model, near[0]) == kind
-            yield from freed(raw(own, test, highest), there, alike=alike)
+            yield from freed(raw(fitted_numbers, test, highest), there, same_drive=alike)
 
     alone = fit_of_levels(model, fitted, say)
     numbers = numbers_of(alone)
@@ -474,7 +474,7 @@ def swept_back(
     planned: Planned,
     spreads: Mapping[Quantity, UncertainQuantity],
     seed: int,
-    carried: Mapping[Quantity, float] = MappingProxyType({}),
+    nearest_errors: Mapping[Quantity, float] = MappingProxyType({}),
 ) -> dict[Quantity, float]:
     """Return the largest responses of a sweep in the other direction that leave their bands.
 
@@ -490,7 +490,7 @@ def swept_back(
         Its quantities as planned.
     seed : int
         Of all that is drawn.
-    carried : mapping of Quantity to float
+    nearest_errors : mapping of Quantity to float
         Errors of the nearest level, which responses are freed from [dB].
     """
     test = planned.test
@@ -501,7 +501,7 @@ def swept_back(
     rows = np.array(list(motion.responses.values()))
     spectra = densities(rows, motion.sample_rate, planned.excited)
     found = {
-        quantity: value * 10.0 ** (-carried.get(quantity, 0.0) / 20.0)
+        quantity: value * 10.0 ** (-nearest_errors.get(quantity, 0.0) / 20.0)
         for quantity, value in values_of_motion(
             numbers.model, motion, spectra, largest_in
         ).items()

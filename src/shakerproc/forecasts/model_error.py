@@ -93,7 +93,7 @@ class LevelError:
         return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
 
 
-def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True) -> float:
+def carried_share(nearest: FloatArray, ahead: FloatArray, *, same_drive: bool = True) -> float:
     r"""Return which share of the error of the nearest level the next one has, too [-].
 
     .. math:: \beta = \frac{C + \tau^2}{V + \varepsilon^2 + \tau^2}, \qquad
@@ -113,7 +113,7 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
     nearest, ahead : (n,) array
         Errors at the nearest level, and values or errors at the next, with the same draws of
         the numbers; not a number where one ran away [dB].
-    alike : bool
+    same_drive : bool
         Whether both are driven alike: else the model's own error is another one there.
 
     References
@@ -129,11 +129,11 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
     known, own = variance + FINEST_DB**2, 0.0
     if not near.min() <= 0.0 <= near.max():
         own = max(float(np.median(near)) ** 2 - known, 0.0)
-    return float(np.clip((shared + alike * own) / (known + own), 0.0, 1.0))
+    return float(np.clip((shared + same_drive * own) / (known + own), 0.0, 1.0))
 
 
 def freed(
-    errors: Sequence[LevelError], nearest: Sequence[LevelError], *, alike: bool = True
+    errors: Sequence[LevelError], nearest: Sequence[LevelError], *, same_drive: bool = True
 ) -> list[LevelError]:
     """Return errors of a model that begins at the measured values of the nearest level.
 
@@ -143,13 +143,13 @@ def freed(
         Of one test.
     nearest : sequence of LevelError
         Of tests of the nearest level, with the same draws of the numbers.
-    alike : bool
+    same_drive : bool
         Whether these are driven alike.
     """
     near, found = mean_errors(nearest), []
     for one in errors:
         there = near.get(one.quantity, np.zeros_like(one.alone_db))
-        share = carried_share(there, one.alone_db, alike=alike)
+        share = carried_share(there, one.alone_db, same_drive=same_drive)
         found.append(replace(one, drawn_db=one.alone_db - share * there))
     return found
 

@@ -117,7 +117,7 @@ class NotchPlan:
     ----------
     wish : NotchWish
         What was asked for.
-    found : NotchedTest, optional
+    notched : NotchedTest, optional
         Verified with phases that it was not found with; None where there is none.
     why_none : str
         Why there is none, a clause.
@@ -128,7 +128,7 @@ class NotchPlan:
     """
 
     wish: NotchWish
-    found: NotchedTest | None
+    notched: NotchedTest | None
     why_none: str = ""
     by_force: NotchedTest | None = None
     needless: bool = False

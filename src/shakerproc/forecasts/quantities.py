@@ -187,7 +187,7 @@ def values_of_motion(
     motion: TestMotion,
     spectra: Sequence[Density],
     largest: Largest,
-    carried: float | None = None,
+    shaker_mass: float | None = None,
 ) -> dict[Quantity, float]:
     """Return all quantities of a simulated test.
 
@@ -201,23 +201,23 @@ def values_of_motion(
         Of its responses.
     largest : callable
         Tells the largest size in the whole duration.
-    carried : float, optional
+    shaker_mass : float, optional
         Mass that the shaker moves besides the model; None where it is not known [kg].
     """
     found: dict[Quantity, float] = {}
     for (name, samples), spectrum in zip(motion.responses.items(), spectra, strict=True):
         unit = model.sensor_unit(model.sensors[name])
         found |= values_of_response(name, unit, samples, spectrum, largest)
-    others = samples_besides(model, motion, carried)
+    others = samples_besides(model, motion, shaker_mass)
     return found | {quantity: largest(samples) for quantity, samples in others.items()}
 
 
 def samples_besides(
-    model: Model, motion: TestMotion, carried: float | None = None
+    model: Model, motion: TestMotion, shaker_mass: float | None = None
 ) -> dict[Quantity, FloatArray]:
     """Return the samples of joints, force and shaker of a simulated test, (n,) arrays.
 
-    `carried` is the mass that the shaker moves besides the model [kg].
+    `shaker_mass` is the mass that the shaker moves besides the model [kg].
     """
     found: dict[Quantity, FloatArray] = {}
     metre, newton = model.unit_of("m"), model.unit_of("N")
@@ -229,18 +229,18 @@ def samples_besides(
     found[Quantity("force", "", "force", newton)] = into
     for what, samples, unit in motion.table:
         found[Quantity("shaker", "", what, unit)] = samples
-        if what == "acceleration" and carried is not None:
-            found[Quantity("shaker", "", "force", newton)] = carried * samples - into
+        if what == "acceleration" and shaker_mass is not None:
+            found[Quantity("shaker", "", "force", newton)] = shaker_mass * samples - into
     return found
 
 
 def samples_of(
-    quantity: Quantity, model: Model, motion: TestMotion, carried: float | None
+    quantity: Quantity, model: Model, motion: TestMotion, shaker_mass: float | None
 ) -> FloatArray:
     """Return the samples of one quantity of a simulated test, (n,) array [its unit]."""
     if quantity.whose == "response":
         return motion.responses[quantity.name]
-    return samples_besides(model, motion, carried)[quantity]
+    return samples_besides(model, motion, shaker_mass)[quantity]
 
 
 def _force_into(model: Model, motion: TestMotion) -> FloatArray:

@@ -124,13 +124,13 @@ def _matched(
     }
 
 
-def _cost(shift: float, alike: float | None, n_common: int) -> float:
+def _cost(shift: float, mac_value: float | None, n_common: int) -> float:
     """Return how unlike two modes are; more than 1e5 where they are never one."""
-    if alike is None or n_common < TELLING:
+    if mac_value is None or n_common < TELLING:
         return shift if shift < NARROW_SHIFT else 1e6
-    if shift > MOST_SHIFT or alike < LEAST_MAC:
+    if shift > MOST_SHIFT or mac_value < LEAST_MAC:
         return 1e6
-    return (1.0 - alike) + shift
+    return (1.0 - mac_value) + shift
 
 
 def common(first: Sequence[str], second: Sequence[str]) -> tuple[list[int], list[int]]:

@@ -88,7 +88,7 @@ class _Linear:
 
     q: FloatArray  # (2 n_lines, n_columns) orthonormal
     coefficients: FloatArray  # (n_columns, n_outputs)
-    left: FloatArray  # (n_outputs, 2 n_lines), weighted
+    residual: FloatArray  # (n_outputs, 2 n_lines), weighted
     noise: FloatArray
     deviance: float
     scaled: FloatArray  # coefficients of columns of length 1
@@ -133,7 +133,7 @@ def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> ModalFit:
     rest, target = rest_of(lines), stacked(lines.weights * lines.outputs)
     place = _places(np.asarray(poles, dtype=np.complex128))
     linear = _linear(lines, _poles(place), rest, target)
-    damping, settled = 1e-3, steps == 0
+    damping, converged = 1e-3, steps == 0
     for _ in range(steps if place.size else 0):
         _, gram, gradient = _normal_equations(lines, _poles(place), linear)
         found = None
@@ -150,9 +150,9 @@ def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> ModalFit:
         if found is not None:
             (place, linear), damping = found, max(damping / 8.0, 1e-9)
         if gain < SETTLED:
-            settled = True
+            converged = True
             break
-    return _result(lines, place, linear, settled=settled)
+    return _result(lines, place, linear, converged=converged)
 
 
 def _places(poles: ComplexArray) -> FloatArray:
@@ -189,7 +189,7 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
     return _Linear(
         q=q,
         coefficients=scaled / scale[:, np.newaxis],
-        left=left,
+        residual=left,
         noise=noise,
         deviance=float(n * np.sum(np.log(noise))),
         scaled=scaled,
@@ -199,7 +199,7 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
 
 def _losses(linear: _Linear, n_modes: int, n_columns: int) -> FloatArray:
     """Return how much the deviance rises without each mode, its neighbours adapted."""
-    n = linear.left.shape[1]
+    n = linear.residual.shape[1]
     losses = np.empty(n_modes)
     for mode in range(n_modes):
         own = slice(mode * n_columns, (mode + 1) * n_columns)
@@ -240,7 +240,7 @@ def _normal_equations(
     gram = np.einsum(
         "amibnj,mio,njo,o->ambn", products, residues, residues, weight, optimize=True
     )
-    against = (flat @ linear.left.T).reshape(2, n_modes, n_columns, -1)
+    against = (flat @ linear.residual.T).reshape(2, n_modes, n_columns, -1)
     gradient = -np.einsum("amio,mio,o->am", against, residues, weight)
     size = 2 * n_modes
     slopes = flat.reshape(2, n_modes, n_columns, n_rows)
@@ -257,9 +257,9 @@ def _covariance(lines: Lines, poles: ComplexArray, linear: _Linear) -> FloatArra
     slopes, gram, _ = _normal_equations(lines, poles, linear)
     n_modes, n_columns = slopes.shape[1:3]
     residues = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, -1)
-    n_rows = linear.left.shape[1]
+    n_rows = linear.residual.shape[1]
     taken = np.minimum(np.sum(linear.q**2, axis=1), 0.9)
-    weighted = linear.left / linear.noise[:, np.newaxis] / np.sqrt(1.0 - taken)
+    weighted = linear.residual / linear.noise[:, np.newaxis] / np.sqrt(1.0 - taken)
     mixed = np.einsum("mio,or->mir", residues, weighted)
     each = np.einsum("amir,mir->amr", slopes, mixed).reshape(2 * n_modes, n_rows)
     scores = each[:, : n_rows // 2] + each[:, n_rows // 2 :]
@@ -283,7 +283,7 @@ def _power(outputs: ComplexArray) -> FloatArray:
     return np.where(power > 0.0, power, 1.0)
 
 
-def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) -> ModalFit:
+def _result(lines: Lines, place: FloatArray, linear: _Linear, *, converged: bool) -> ModalFit:
     poles = _poles(place)
     n_modes, n_lines = poles.size, lines.frequency.size
     n_inputs = lines.inputs.shape[0]
@@ -297,7 +297,7 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
     )
     by_frequency = np.argsort(np.abs(poles))
     covariance = covariance[:, by_frequency][..., by_frequency]
-    left = linear.left[:, :n_lines] + 1j * linear.left[:, n_lines:]
+    left = linear.residual[:, :n_lines] + 1j * linear.residual[:, n_lines:]
     n_rest = n_inputs * len(RESIDUAL_POWERS)
     rest = linear.coefficients[n_modes * n_columns :][:n_rest]
     return ModalFit(
@@ -315,5 +315,5 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
         deviance=linear.deviance,
         losses=_losses(linear, n_modes, n_columns)[by_frequency],
         n_parameters=2 * n_modes + linear.q.shape[1] * lines.outputs.shape[0],
-        settled=settled,
+        converged=converged,
     )

@@ -189,10 +189,10 @@ def _kinds(
     )
 
 
-def _unknown(what: str, found: object, known: list[str], of: str = "") -> str:
-    meant = near_miss(found, known) if isinstance(found, str) else None
+def _unknown(what: str, value: object, known: list[str], of: str = "") -> str:
+    meant = near_miss(value, known) if isinstance(value, str) else None
     hint = f'did you mean "{meant}"?' if meant else f"there are {', '.join(known)}"
-    return " ".join(f"unknown {what} {quoted(found)} {of}".split()) + f"; {hint}"
+    return " ".join(f"unknown {what} {quoted(value)} {of}".split()) + f"; {hint}"
 
 
 def _value(

@@ -34,11 +34,11 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
     def __init__(self, known: Kinds) -> None:
         self._known = dict(known)
         self._installed: dict[str, type[AbstractEffect]] | None = None
-        self._own: dict[str, type[AbstractEffect]] = {}
+        self._from_user: dict[str, type[AbstractEffect]] = {}
         self._looking = RLock()
 
     def __getitem__(self, kind: str) -> "type[AbstractEffect]":
-        found = self._known.get(kind) or self._own.get(kind)
+        found = self._known.get(kind) or self._from_user.get(kind)
         return found or self._all()[kind]
 
     def __iter__(self) -> Iterator[str]:
@@ -53,13 +53,13 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
         return dict(self._known)
 
     @property
-    def own(self) -> Kinds:
+    def from_user(self) -> Kinds:
         """Effects that the user brought."""
-        return dict(self._own)
+        return dict(self._from_user)
 
-    def use_own(self, own: Kinds) -> None:
+    def use_own(self, effects: Kinds) -> None:
         """Let these be the user's own effects from now on, and no others."""
-        self._own = dict(own)
+        self._from_user = dict(effects)
 
     def _all(self) -> dict[str, type[AbstractEffect]]:
         with self._looking:
@@ -70,7 +70,7 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
                 except BaseException:
                     self._installed = None  # the next call says so again
                     raise
-            return {**self._known, **self._installed, **self._own}
+            return {**self._known, **self._installed, **self._from_user}
 
 
 def _installed(known: Kinds) -> dict[str, type[AbstractEffect]]:
@@ -166,7 +166,7 @@ def effects_in(loaded: Any) -> list[type[AbstractEffect]]:
 
 
 def checked(
-    found: list[type[AbstractEffect]], where: str, known: Mapping[str, type[AbstractEffect]]
+    classes: list[type[AbstractEffect]], where: str, known: Mapping[str, type[AbstractEffect]]
 ) -> dict[str, type[AbstractEffect]]:
     """Return effects by kind, each of which can be used.
 
@@ -183,14 +183,14 @@ def checked(
         If there is none, a kind is taken, or a law raises, is not finite, or jumps where its
         `switches` do not say so.
     """
-    if not found:
+    if not classes:
         raise ModelError(
             f"{where}: no effect in it. Write a class that derives from "
             f"shakerproc.models.AbstractSampledEffect, with kind, parameters, formula, "
             f"signature and force_at."
         )
     kinds: dict[str, type[AbstractEffect]] = {}
-    for made in found:
+    for made in classes:
         place = f"{where}, class {made.__name__}"
         _check_frame(made, place)
         if made.kind in known or made.kind in kinds or made.kind in FAULTS:

@@ -222,14 +222,17 @@ def _about_play(planned: PlannedTest, wish: PlanWish) -> Iterator[str]:
     yield from _about_weight(planned, wish)
 
 
-def _shortfall(found: Reach, far: float, wish: PlanWish) -> str:
-    what = "no contact" if found.contact == "none" else "contact on one side only"
+def _shortfall(extent: Reach, far: float, wish: PlanWish) -> str:
+    what = "no contact" if extent.contact == "none" else "contact on one side only"
     peak = ""
-    if found.contacts_per_second is not None:
-        what, peak = f"{numeral(found.contacts_per_second, 2)} contacts a second", "3 sigma is "
+    if extent.contacts_per_second is not None:
+        what, peak = (
+            f"{numeral(extent.contacts_per_second, 2)} contacts a second",
+            "3 sigma is ",
+        )
     elif isinstance(wish.joint, FreeJoint):
         what = "the table moves less than half the play"
-    return f"{what}: {peak}{numeral(1e3 * found.displacement)} mm of {numeral(1e3 * far)} mm"
+    return f"{what}: {peak}{numeral(1e3 * extent.displacement)} mm of {numeral(1e3 * far)} mm"
 
 
 def _remedy(needed: Needed | None) -> str:
@@ -336,9 +339,9 @@ def _walls(joint: AbstractJoint, play: Play | None) -> Walls | None:
 
 
 def _needed(
-    test: Test, shaken: AbstractInput, found: Reach, walls: Walls, wish: PlanWish
+    test: Test, shaken: AbstractInput, extent: Reach, walls: Walls, wish: PlanWish
 ) -> Needed | None:
-    factor = found.factor_both_sides
+    factor = extent.factor_both_sides
     if factor == inf or test.level is None or test.level_unit is None:
         return None
     power = 2.0 if LEVELS[test.level_unit][0] == "density" else 1.0

@@ -425,16 +425,18 @@ def _recorded(
     return replace(recording, start_time=START), found
 
 
-def _filtered(model: Model, given: Input, found: SimulatedResponse) -> SimulatedResponse:
+def _filtered(model: Model, given: Input, response: SimulatedResponse) -> SimulatedResponse:
     """Return a response whose accelerations are means over the steps, with their box undone.
 
     Where they jump, as those of dry friction do, values at the steps fold back.
     """
     if is_smooth(model):
-        return found
+        return response
     rows, failed = run(model, given, Own())
     return (
-        found if failed else replace(found, outputs=dict(zip(model.sensors, rows, strict=True)))
+        response
+        if failed
+        else replace(response, outputs=dict(zip(model.sensors, rows, strict=True)))
     )
 
 
@@ -506,19 +508,19 @@ def _with_noise(
     return seen if one.volts_per_unit is None else one.volts_per_unit * seen
 
 
-def _sensed(one: WrittenChannel, found: SimulatedResponse, driven: _Driven) -> FloatArray:
+def _sensed(one: WrittenChannel, response: SimulatedResponse, driven: _Driven) -> FloatArray:
     """Return the measured quantity of a channel at every step, (n,) array."""
     if one.holds in {"condition", "nothing"}:
         return np.full_like(driven.samples, float(one.source or 0.0))
     if one.holds in {"base", "force"}:
         return driven.samples
     if one.holds == "sensor":
-        return found.outputs[one.source]
+        return response.outputs[one.source]
     if one.quantity == "m":
-        return found.relative_displacement(BASE, one.source)
+        return response.relative_displacement(BASE, one.source)
     if one.quantity == "m/s":
-        return found.relative_velocity(BASE, one.source)
-    row: FloatArray = found.acceleration[found.masses.index(one.source)]
+        return response.relative_velocity(BASE, one.source)
+    row: FloatArray = response.acceleration[response.masses.index(one.source)]
     return row
 
 

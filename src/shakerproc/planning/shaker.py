@@ -286,11 +286,11 @@ class ShakerLimits:
             found += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
         return tuple(found)
 
-    def _too_much_force(self, force: float, peak: str, carried: str) -> list[str]:
+    def _too_much_force(self, force: float, peak: str, load: str) -> list[str]:
         if force <= self.force * (1.0 + 1e-9):
             return []
         most = f"the shaker's {numeral(self.force)} N"
-        return [f"force {numeral(force)} N ({peak}){carried} is above {most}"]
+        return [f"force {numeral(force)} N ({peak}){load} is above {most}"]
 
     def _from(self, shaken: AbstractInput, what: str) -> str:
         """Return from which frequency on a sine may be run."""

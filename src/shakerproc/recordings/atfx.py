@@ -94,9 +94,9 @@ def read_atfx(path: Path, run: str) -> RawFile:
         return kept_open(ExitStack(), lambda opened: _File(path, run, root, opened).described())
 
 
-def _text(found: _Instance, name: str) -> str:
+def _text(instance: _Instance, name: str) -> str:
     """Return the text of an attribute; empty where an instance has none."""
-    item = found.get(name)
+    item = instance.get(name)
     return "" if item is None else (item.text or "").strip()
 
 

@@ -165,17 +165,17 @@ class _HeaderEndings:
         )
 
 
-def _heading(header: str, beside: _HeaderEndings) -> Heading:
+def _heading(header: str, endings: _HeaderEndings) -> Heading:
     """Return the heading of a column, read beside the other headers."""
     name, unit = split_header(header)
     bracket = header.rstrip().endswith((")", "]"))
-    doubt = (_in_brackets if bracket else _at_end)(name, unit, beside) if unit else ""
+    doubt = (_in_brackets if bracket else _at_end)(name, unit, endings) if unit else ""
     if doubt:
         return Heading(header.strip(), "", name, doubt)
     return Heading(name, unit, header)
 
 
-def _in_brackets(name: str, unit: str, beside: _HeaderEndings) -> str:
+def _in_brackets(name: str, unit: str, endings: _HeaderEndings) -> str:
     """Return why the text in brackets is no unit for sure; empty where it is one."""
     known, named = parse_unit(unit), quantity_named(name)
     if unit != "1" and _RANGE.fullmatch(unit):  # that is how a bare number is written
@@ -192,10 +192,10 @@ def _in_brackets(name: str, unit: str, beside: _HeaderEndings) -> str:
     if unit.casefold() not in _ELSE or named == known[0]:
         return ""
     contrary = known[0] not in {"m/s^2", "V"} and named  # any quantity may be there in volts
-    return _either(unit, "in its header") if beside.directions or contrary else ""
+    return _either(unit, "in its header") if endings.directions or contrary else ""
 
 
-def _at_end(name: str, unit: str, beside: _HeaderEndings) -> str:
+def _at_end(name: str, unit: str, endings: _HeaderEndings) -> str:
     """Return why a letter that ends a name is no unit for sure; empty where it is one.
 
     Letters are units where every header ends in one, of at least two.
@@ -204,9 +204,9 @@ def _at_end(name: str, unit: str, beside: _HeaderEndings) -> str:
     if unit.casefold() not in _ELSE or known is None or named == known[0]:
         return ""
     if unit == "g":
-        sure = name not in beside.stems
+        sure = name not in endings.stems
     else:
-        every = not beside.stems and "" not in beside.units and len(beside.units) > 1
+        every = not endings.stems and "" not in endings.units and len(endings.units) > 1
         sure = every and not named
     return "" if sure else _either(unit, "at the end of its name")
 

@@ -192,12 +192,12 @@ def _day(match: re.Match[bytes]) -> date | None:
     return None
 
 
-def _midnight(found: Sequence[re.Match[bytes]]) -> datetime | None:
+def _midnight(stamps: Sequence[re.Match[bytes]]) -> datetime | None:
     """Return the midnight before the first stamp, taken as UTC where no zone is said.
 
     None where it says no day, or one that may be read in two ways.
     """
-    first = found[0]
+    first = stamps[0]
     day = _day(first)
     two_ways = (
         first["a"] and first["sign"] == b"/" and max(int(first["a"]), int(first["b"])) < 13
@@ -349,7 +349,7 @@ def read_xlsx(path: Path, run: str) -> RawFile:
     return _joined(found, notes, run)
 
 
-def _joined(found: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawFile:
+def _joined(sheets: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawFile:
     """Return several sheets as one file.
 
     Raises
@@ -359,7 +359,7 @@ def _joined(found: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawF
     """
     groups: list[RawGroup] = []
     values: list[Any] = []
-    for name, raw in found.items():
+    for name, raw in sheets.items():
         if raw.skipped is not None:
             raise RecordingError(f"{run}: sheet {shown(name)}: {raw.refusal} Repair the sheet.")
         channels = raw.groups[0].channels

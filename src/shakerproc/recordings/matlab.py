@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.apart import opened_apart, result_apart
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open
 from shakerproc.recordings.hdf5 import opened_hdf5, short_walk
+from shakerproc.recordings.own_process import opened_apart, result_apart
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.variables import (
     DEEPEST,

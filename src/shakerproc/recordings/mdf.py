@@ -150,20 +150,20 @@ def _described(file: Any, run: str) -> RawFile:
 
 
 def _join(
-    found: list[tuple[float, str, list[RawChannel]]],
+    groups: list[tuple[float, str, list[RawChannel]]],
     step: float,
     name: str,
     channels: list[RawChannel],
 ) -> None:
     """Add channels to the group that has their step [s], or as a group of its own."""
-    alike = (there for there in found if step and abs(there[0] / step - 1.0) <= CLOCKS)
+    alike = (there for there in groups if step and abs(there[0] / step - 1.0) <= CLOCKS)
     there = next(alike, None)
     if there is not None:
         there[2].extend(channels)
         return
-    names = {other for _, other, _ in found}
-    unique = name if name not in names else f"{name} ({len(found) + 1})"
-    found.append((step, unique, channels))
+    names = {other for _, other, _ in groups}
+    unique = name if name not in names else f"{name} ({len(groups) + 1})"
+    groups.append((step, unique, channels))
 
 
 def _axis(file: Any, number: int, run: str) -> tuple[TimeAxis | None, float]:

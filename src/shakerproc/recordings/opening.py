@@ -22,7 +22,6 @@ from shakerproc.data import (
 )
 from shakerproc.errors import RecordingError
 from shakerproc.late import loaded, without
-from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.choosing import (
     WHOLE,
     Chosen,
@@ -34,6 +33,7 @@ from shakerproc.recordings.choosing import (
     with_numbers,
 )
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open, shown
+from shakerproc.recordings.own_process import opened_apart
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
 from shakerproc.recordings.si import Scale, doubtful_units, scale_of
@@ -65,7 +65,7 @@ class FormatReader:
         The module of others that reads the files, and what it loads besides.
     name, extra : str
         The format, and the extra that brings the module; empty where shakerproc needs it.
-    apart : bool
+    own_process : bool
         Whether a process of its own reads each file: what is not Python may end it.
     """
 
@@ -74,7 +74,7 @@ class FormatReader:
     packages: str = ""
     name: str = ""
     extra: str = ""
-    apart: bool = False
+    own_process: bool = False
 
     def __call__(self, path: Path, run: str) -> RawFile:
         """Return the channels of a file.
@@ -88,7 +88,7 @@ class FormatReader:
         if module and (lacks := without(module, self.name, self.extra, _INSTEAD)):
             raise RecordingError(f"{run}: {lacks}")
         place = f"{_ROOM}.{self.place}"
-        if self.apart:
+        if self.own_process:
             return opened_apart(path, run, place, *self.packages.split())
         found: RawFile = loaded(place)(path, run)
         return found
@@ -197,16 +197,23 @@ READERS: Final = Readers((
     FormatReader(".npz", "numpy_file:read_npz"),
     FormatReader(".npy", "numpy_file:read_npy"),
     FormatReader(".uff .unv .uf58", "uff:read_uff"),
-    FormatReader(".parquet", "parquet:read_parquet", _ARROW, "Parquet", "parquet", apart=True),
     FormatReader(
-        ".feather .arrow", "feather:read_feather", _ARROW, "Feather", "parquet", apart=True
+        ".parquet", "parquet:read_parquet", _ARROW, "Parquet", "parquet", own_process=True
     ),
-    FormatReader(".h5 .hdf5 .nc .nc4", "hdf5:read_hdf5", "h5py", apart=True),
+    FormatReader(
+        ".feather .arrow",
+        "feather:read_feather",
+        _ARROW,
+        "Feather",
+        "parquet",
+        own_process=True,
+    ),
+    FormatReader(".h5 .hdf5 .nc .nc4", "hdf5:read_hdf5", "h5py", own_process=True),
     FormatReader(".xlsx", "csv:read_xlsx", "openpyxl", "XLSX", "xlsx"),
-    FormatReader(".mf4 .mdf", "mdf:read_mdf", "asammdf", "MDF", "recorders", apart=True),
+    FormatReader(".mf4 .mdf", "mdf:read_mdf", "asammdf", "MDF", "recorders", own_process=True),
     FormatReader(".ide", "ide:read_ide", "idelib", "IDE", "recorders"),
     FormatReader(
-        ".raw", "famos:read_famos", "imctermite", "imc FAMOS", "recorders", apart=True
+        ".raw", "famos:read_famos", "imctermite", "imc FAMOS", "recorders", own_process=True
     ),
     FormatReader(".rsp .rpc .rpc3", "rpc3:read_rpc3"),
     FormatReader(".wav .rf64", "wav:read_wav"),

@@ -331,7 +331,7 @@ def _of_one_quantity(first: str, second: str) -> bool:
     return one is not None and other is not None and one[0] == other[0]
 
 
-def _check_units(found: Mapping[tuple[str, str], Function], run: str) -> None:
+def _check_units(functions: Mapping[tuple[str, str], Function], run: str) -> None:
     """Pass functions whose units are known.
 
     Raises
@@ -339,7 +339,7 @@ def _check_units(found: Mapping[tuple[str, str], Function], run: str) -> None:
     RecordingError
         If one is not.
     """
-    for one in found.values():
+    for one in functions.values():
         _si(one.response_unit, f"{run}: {one.where}")
         _si(one.input_unit, f"{run}: {one.where}")
 
@@ -367,15 +367,15 @@ def _in_si(one: Function, run: str) -> ComplexArray:
 
 
 def _complete(
-    found: Mapping[tuple[str, str], Function],
+    functions: Mapping[tuple[str, str], Function],
 ) -> tuple[dict[tuple[str, str], Function], list[str]]:
     """Return the functions of the inputs to which most responses are there, and a note."""
-    inputs = list(dict.fromkeys(driven for _, driven in found))
-    rows = {i: [r for r, driven in found if driven == i] for i in inputs}
+    inputs = list(dict.fromkeys(driven for _, driven in functions))
+    rows = {i: [r for r, driven in functions if driven == i] for i in inputs}
     most = max(rows.values(), key=len)
     kept = [i for i in inputs if set(rows[i]) == set(most)]
-    chosen = {(r, i): found[r, i] for r in most for i in kept}
-    left = [f"{r} to {i}" for r, i in found if i not in kept]
+    chosen = {(r, i): functions[r, i] for r in most for i in kept}
+    left = [f"{r} to {i}" for r, i in functions if i not in kept]
     more = f" and {len(left) - 12} more" if len(left) > 12 else ""
     told = f"Not used, other inputs have more responses: {', '.join(left[:12])}{more}."
     return chosen, [told] * bool(left)

@@ -128,14 +128,14 @@ def _content(path: Path, run: str, advice: str) -> bytes:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
 
 
-def _contents_text(records: Sequence[Record], found: Sequence[UffDataSet]) -> str:
+def _contents_text(records: Sequence[Record], uff_sets: Sequence[UffDataSet]) -> str:
     """Return the further records and datasets of a file, with their numbers."""
     functions = Counter(
         ("complex " if r.is_complex and r.function <= 1 else "")
         + (FUNCTIONS[r.function] if r.function < len(FUNCTIONS) else f"type {r.function}")
         for r in records
     )
-    kinds = Counter(one.kind for one in found if one.kind != KIND)
+    kinds = Counter(one.kind for one in uff_sets if one.kind != KIND)
     parts = [f"{what} ({count})" for what, count in functions.items()]
     parts += [f"dataset {kind} ({count})" for kind, count in sorted(kinds.items())]
     return ", ".join(parts)

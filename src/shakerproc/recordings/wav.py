@@ -200,7 +200,7 @@ def _long_sizes(content: bytes, order: str) -> dict[bytes, int]:
     return sizes
 
 
-def _content(file: BinaryIO, found: _Chunks, name: bytes, run: str) -> bytes:
+def _content(file: BinaryIO, riff: _Chunks, name: bytes, run: str) -> bytes:
     """Return the content of a chunk that describes the samples; empty where it may lack.
 
     Raises
@@ -208,7 +208,7 @@ def _content(file: BinaryIO, found: _Chunks, name: bytes, run: str) -> bytes:
     RecordingError
         If there is no format.
     """
-    chunk = found.chunks.get(name)
+    chunk = riff.chunks.get(name)
     if chunk is None:
         if name == b"fmt ":
             raise RecordingError(f"{run}: the chunk 'fmt ' is missing. {AGAIN}")
@@ -271,13 +271,13 @@ def _of_three_bytes(raw: NDArray[Any], order: str) -> NDArray[np.float64]:
 
 
 def _times(
-    file: BinaryIO, found: _Chunks, said: _Format, run: str
+    file: BinaryIO, riff: _Chunks, said: _Format, run: str
 ) -> tuple[datetime | None, tuple[TimeAxis, ...]]:
     """Return the day on which a recording began, and the times that the file states.
 
     The rate stands there twice.
     """
-    day, start, digit = _broadcast_start(_content(file, found, b"bext", run), said.rate)
+    day, start, digit = _broadcast_start(_content(file, riff, b"bext", run), said.rate)
     alike = said.per_second == said.rate * said.frame
     problem = "" if alike else (
         f"the file contradicts itself: {said.rate} samples a second of {said.frame} bytes, but "
@@ -308,7 +308,7 @@ def _broadcast_start(content: bytes, rate: int) -> tuple[datetime | None, float,
     return day, start, 0.5
 
 
-def _described(file: BinaryIO, found: _Chunks, said: _Format, run: str) -> Iterator[str]:
+def _described(file: BinaryIO, riff: _Chunks, said: _Format, run: str) -> Iterator[str]:
     """Yield notes on the samples, and the texts that the file carries."""
     bits = 8 * said.dtype.itemsize
     if said.tag == _PCM:
@@ -316,7 +316,7 @@ def _described(file: BinaryIO, found: _Chunks, said: _Format, run: str) -> Itera
             f"Whole numbers of {bits} bits are read as shares of full scale, -1 to 1: the log "
             "says what it stands for, such as unit: 10 V."
         )
-    content = _content(file, found, b"LIST", run)
+    content = _content(file, riff, b"LIST", run)
     if content[:4] != b"INFO":
         return
     at = 4

@@ -109,9 +109,9 @@ def draw_trends(trends: Sequence[Trend], folder: Path) -> list[Path]:
     ]
 
 
-def trend_figure(trend: Trend, beside: Sequence[Trend] = ()) -> "Figure":
+def trend_figure(trend: Trend, others: Sequence[Trend] = ()) -> "Figure":
     """Return the figure of a trend, its colours as where it stands among others."""
-    known = list(beside) if trend in beside else [trend]
+    known = list(others) if trend in others else [trend]
     return _figure(trend, series_styles(known)[known.index(trend)])
 
 

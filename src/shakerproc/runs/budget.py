@@ -43,13 +43,13 @@ class QuietPart:
         Mean over the quietest stretches, in the bins of the run [unit²/Hz].
     rms : (n_channels,) array
         Of the same [unit].
-    told : str
+    origin : str
         Where it is from.
     """
 
     density: FloatArray
     rms: FloatArray
-    told: str
+    origin: str
 
 
 def quiet_part(recording: Recording, result: RunResult) -> QuietPart | None:

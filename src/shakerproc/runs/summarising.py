@@ -289,7 +289,7 @@ def _analysis(one: Analysis) -> AnalysisSummary:
             {k: finite(v) if isinstance(v, float) else v for k, v in row.items()}
             for row in one.summary
         ),
-        one.told,
+        one.sentences,
         tuple(
             PanelSummary(
                 p.title, p.caption, p.x, p.y, tuple(_line(line) for line in p.lines), p.equal
@@ -401,13 +401,11 @@ def _mean_coherence(result: RunResult, i: int) -> float | None:
     return float(values.mean()) if values.size else None
 
 
-def _shape(
-    result: RunResult, i: int, found: ResonancePeak
-) -> Mapping[str, tuple[float, float]]:
+def _shape(result: RunResult, i: int, peak: ResonancePeak) -> Mapping[str, tuple[float, float]]:
     """Return how the responses of a channel's quantity move at a peak of it, over it [-]."""
     if i not in result.responses or i not in result.spectra.inputs:
         return {}
-    column = result.spectra.between([i], range(len(result.channels)))[0, :, found.peak.index]
+    column = result.spectra.between([i], range(len(result.channels)))[0, :, peak.peak.index]
     if not column[i].real > 0.0:
         return {}
     unit = result.channels[i].unit
@@ -416,12 +414,12 @@ def _shape(
     return {name: (round(v.real, 5), round(v.imag, 5)) for name, v in over.items()}
 
 
-def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
-    damping = found.damping
+def _peak(peak: ResonancePeak, factor: float) -> PeakSummary:
+    damping = peak.damping
     return PeakSummary(
-        frequency_hz=found.peak.frequency,
-        bin_hz=found.peak.bin_frequency,
-        height=found.peak.value * factor,
+        frequency_hz=peak.peak.frequency,
+        bin_hz=peak.peak.bin_frequency,
+        height=peak.peak.value * factor,
         natural_frequency_hz=damping.frequency if damping else None,
         damping_ratio=damping.ratio if damping else None,
         damping_low=damping.ratio_low if damping else None,
@@ -429,11 +427,11 @@ def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
         quality=damping.quality_factor if damping else None,
         damping_bin_hz=damping.bin_width if damping else None,
         why_not=(damping.reason or "") if damping else "",
-        coherence=found.coherence,
+        coherence=peak.coherence,
         fitted_height=None
         if damping is None or damping.height is None
         else damping.height * factor,
-        resolved=found.resolved,
+        resolved=peak.resolved,
     )
 
 

@@ -322,15 +322,15 @@ def write_thesis_tables(result: RunResult, recording: Recording, folder: Path) -
     return written
 
 
-def _peak_columns(found: ThesisTables) -> dict[str, list[Any]]:
+def _peak_columns(tables: ThesisTables) -> dict[str, list[Any]]:
     return {
-        "quantity": [p.quantity for p in found.peaks],
-        "channel": [p.channel for p in found.peaks],
-        "used_by_thesis": [p.used_by_thesis for p in found.peaks],
-        "rank_by_location": [p.rank_by_location for p in found.peaks],
-        "frequency_hz": [p.frequency for p in found.peaks],
-        "value": [p.value for p in found.peaks],
-        "deleted": [p.deleted for p in found.peaks],
+        "quantity": [p.quantity for p in tables.peaks],
+        "channel": [p.channel for p in tables.peaks],
+        "used_by_thesis": [p.used_by_thesis for p in tables.peaks],
+        "rank_by_location": [p.rank_by_location for p in tables.peaks],
+        "frequency_hz": [p.frequency for p in tables.peaks],
+        "value": [p.value for p in tables.peaks],
+        "deleted": [p.deleted for p in tables.peaks],
     }
 
 

@@ -271,11 +271,13 @@ def _nonlinear_numbers(machine: Machine) -> NDArray[np.int64]:
     return numbers
 
 
-def _owner(machine: Machine, carried: NDArray[np.int64], n_states: int) -> NDArray[np.int64]:
+def _owner(
+    machine: Machine, force_numbers: NDArray[np.int64], n_states: int
+) -> NDArray[np.int64]:
     """Return whose state each is: the number of a carried line, or -1."""
     owner = np.full(n_states, -1)
     held = machine.lines[:, MEMORY] >= 0
-    owner[machine.lines[held, MEMORY]] = carried[held]
+    owner[machine.lines[held, MEMORY]] = force_numbers[held]
     return owner
 
 

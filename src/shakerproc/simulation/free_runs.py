@@ -17,7 +17,7 @@ from shakerproc.models.model import Model
 from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.assembly import System, assemble, build_store
 from shakerproc.simulation.inputs import Input
-from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
+from shakerproc.simulation.kernels.carried_forces import CarriedForces, room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS
 from shakerproc.simulation.kernels.table import Series, Store, room_for_series
 from shakerproc.simulation.kernels.windows import Nudges, walk_windows
@@ -225,7 +225,7 @@ class _Room:
     store: Store
     series: Series
     steps: FloatArray
-    carried: Carried
+    carried: CarriedForces
     work: FloatArray
     motion: FloatArray
     acceleration: FloatArray

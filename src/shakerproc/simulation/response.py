@@ -156,8 +156,8 @@ class _Base:
     velocity: FloatArray | None
     displacement: FloatArray | None
 
-    def add(self, own: FloatArray | None, relative: FloatArray) -> FloatArray:
-        return relative if own is None else relative + own
+    def add(self, base_motion: FloatArray | None, relative: FloatArray) -> FloatArray:
+        return relative if base_motion is None else relative + base_motion
 
 
 def _recorded(sensor: Sensor, simulation: SimulatedResponse, base: _Base) -> FloatArray:

@@ -269,7 +269,7 @@ class LineGrid:
         return np.asarray(self.excited_in.any(axis=0))
 
     @property
-    def carried(self) -> NDArray[np.int_]:
+    def n_exciting(self) -> NDArray[np.int_]:
         """Number of realisations in which the input moves at a line."""
         return np.asarray(self.excited_in.sum(axis=0))
 
@@ -373,7 +373,7 @@ class LineSpectra:
     deviations are those of the mean over the periods of one realisation. What a line holds
     without being excited is corrected by :math:`\hat G U`: an input that is not quite clean
     counts as input. Each line is averaged over those realisations in which it is excited, or
-    is not: their numbers are `grid.carried` and the rest.
+    is not: their numbers are `grid.n_exciting` and the rest.
 
     Attributes
     ----------
@@ -418,7 +418,7 @@ class LineSpectra:
     def response_power(self) -> float:
         """Mean square amplitude of the response over all excited lines [unit squared]."""
         some = self.grid.excited
-        return float(np.average(self.level[some] ** 2, weights=self.grid.carried[some]))
+        return float(np.average(self.level[some] ** 2, weights=self.grid.n_exciting[some]))
 
     @property
     def noise_share(self) -> float | None:
@@ -465,9 +465,9 @@ def line_spectra(driving: ComplexArray, response: ComplexArray, grid: LineGrid) 
     if n_periods > 1:
         power = np.var(rest, axis=1, ddof=1).mean(axis=0) / n_periods
         noise = np.sqrt(power)
-    repeated = grid.carried > 1
+    repeated = grid.n_exciting > 1
     apart = np.abs(each - function) ** 2
-    freedom = grid.carried[repeated] - 1
+    freedom = grid.n_exciting[repeated] - 1
     variance = np.sum(apart * active, axis=0)[repeated] / freedom
     scatter[repeated] = size[repeated] * np.sqrt(variance)
     return LineSpectra(
@@ -540,12 +540,12 @@ def shares_of(spectra: LineSpectra) -> dict[Kind, Share]:
         What the response does at every line.
     """
     grid = spectra.grid
-    silent = spectra.realisations - grid.carried
+    silent = spectra.realisations - grid.n_exciting
     found: dict[Kind, Share] = {}
     kinds: tuple[tuple[Kind, NDArray[np.bool_], FloatArray, NDArray[np.int_]], ...] = (
         ("even", grid.even, spectra.distortion, silent),
         ("odd", grid.odd, spectra.distortion, silent),
-        ("all", grid.carried > 1, spectra.scatter, grid.carried - 1),
+        ("all", grid.n_exciting > 1, spectra.scatter, grid.n_exciting - 1),
     )
     for kind, chosen, amplitude, repeats in kinds:
         if chosen.any():

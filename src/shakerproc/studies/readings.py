@@ -251,16 +251,16 @@ def strobe(
     return x.T, v.T, float("nan") if found.growth is None else found.growth
 
 
-def _motion(found: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
-    skip = int(run.settle * found.excitation.size)
+def _motion(response: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
+    skip = int(run.settle * response.excitation.size)
     return SimulatedMotion(
-        sample_rate=found.sample_rate,
-        time=found.time[skip:],
-        displacement=found.displacement[0, skip:],
-        velocity=found.velocity[0, skip:],
-        acceleration=found.acceleration[0, skip:],
-        growth=float("nan") if found.growth is None else found.growth,
-        chaotic=found.chaotic,
+        sample_rate=response.sample_rate,
+        time=response.time[skip:],
+        displacement=response.displacement[0, skip:],
+        velocity=response.velocity[0, skip:],
+        acceleration=response.acceleration[0, skip:],
+        growth=float("nan") if response.growth is None else response.growth,
+        chaotic=response.chaotic,
     )
 
 
@@ -321,15 +321,15 @@ def spectrum(samples: FloatArray, sample_rate: float, measure: Measure) -> Spect
     return Spectrum(found.frequency, psd(found)[0], found.bin_width)
 
 
-def peak_frequency(found: Spectrum, measure: Measure) -> float:
+def peak_frequency(lines: Spectrum, measure: Measure) -> float:
     """Return the frequency of the tallest, or first, peak [Hz]; NaN where there is none.
 
     The first peak is the lowest local maximum of at least a thousandth of the tallest.
     """
     high = measure.to_hz or np.inf
-    inside = (found.frequency >= measure.from_hz) & (found.frequency <= high)
-    inside &= found.frequency > 0.0
-    frequency, density = found.frequency[inside], found.density[inside]
+    inside = (lines.frequency >= measure.from_hz) & (lines.frequency <= high)
+    inside &= lines.frequency > 0.0
+    frequency, density = lines.frequency[inside], lines.density[inside]
     tops = local_maxima(density)
     if tops.size == 0:
         return float("nan")
@@ -442,29 +442,29 @@ def distortion(motion: SimulatedMotion) -> float:
     return float(np.sqrt(np.mean(left**2) / np.mean((cycle - fitted[0]) ** 2)))
 
 
-def share_at(found: Spectrum, frequency: float) -> float:
+def share_at(lines: Spectrum, frequency: float) -> float:
     """Return the share of the energy nearer to a frequency than to its other multiples [-].
 
     Parameters
     ----------
-    found : Spectrum
+    lines : Spectrum
         Density of the motion.
     frequency : float
         Frequency of the forcing [Hz]; NaN comes back where there is none.
     """
-    total = float(np.sum(found.density))
+    total = float(np.sum(lines.density))
     if not (frequency > 0.0 < total):
         return float("nan")
-    near = np.round(found.frequency / frequency) == 1.0
-    return float(np.sum(found.density[near])) / total
+    near = np.round(lines.frequency / frequency) == 1.0
+    return float(np.sum(lines.density[near])) / total
 
 
-def half_energy_bins(found: Spectrum) -> float:
+def half_energy_bins(lines: Spectrum) -> float:
     """Return how many bins, the tallest first, hold half of the energy [-]."""
-    total = float(np.sum(found.density))
+    total = float(np.sum(lines.density))
     if not total > 0.0:
         return float("nan")
-    tallest_first = np.cumsum(np.sort(found.density)[::-1])
+    tallest_first = np.cumsum(np.sort(lines.density)[::-1])
     return float(np.searchsorted(tallest_first, 0.5 * total) + 1)
 
 

@@ -233,10 +233,12 @@ def shown(values: Sequence[float]) -> str:
     return f"{min(known):.4g} to {max(known):.4g}"
 
 
-def _bounded(quantity: str, found: FloatArray, true: NDArray[np.bool_], wanted: str) -> Checked:
-    values = tuple(float(value) for value in found)
+def _bounded(
+    quantity: str, quantities: FloatArray, true: NDArray[np.bool_], wanted: str
+) -> Checked:
+    values = tuple(float(value) for value in quantities)
     passed = int(np.count_nonzero(true))
-    return Checked(quantity, values, shown(values), wanted, passed, found.size)
+    return Checked(quantity, values, shown(values), wanted, passed, quantities.size)
 
 
 Columns: TypeAlias = Mapping[str, NDArray[np.generic]]

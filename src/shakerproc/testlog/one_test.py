@@ -349,9 +349,9 @@ def _departures(test: Test, recording: Recording) -> Iterator[str]:
         yield from _other_hash(expect.sha256, recording.file.first_sha256())
 
 
-def _difference(unit: str, wanted: float, found: float, tolerance: float) -> Iterator[str]:
-    if abs(found - wanted) > tolerance * wanted:
-        yield f"the log expects {wanted:.7g} {unit}, the recording has {found:.7g} {unit}"
+def _difference(unit: str, wanted: float, value: float, tolerance: float) -> Iterator[str]:
+    if abs(value - wanted) > tolerance * wanted:
+        yield f"the log expects {wanted:.7g} {unit}, the recording has {value:.7g} {unit}"
 
 
 def _other_count(wanted: int, recording: Recording) -> Iterator[str]:
@@ -371,6 +371,6 @@ def _other_units(wanted: str, recording: Recording) -> Iterator[str]:
             )
 
 
-def _other_hash(wanted: str, found: str) -> Iterator[str]:
-    if found != wanted:
-        yield f"the log expects SHA-256 {wanted[:12]}..., the file has {found[:12]}..."
+def _other_hash(wanted: str, digest: str) -> Iterator[str]:
+    if digest != wanted:
+        yield f"the log expects SHA-256 {wanted[:12]}..., the file has {digest[:12]}..."

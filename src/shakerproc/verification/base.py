@@ -138,6 +138,6 @@ def series(values: Sequence[float], digits: int = 3) -> str:
     return ", ".join(f"{value:.{digits}f}" for value in values)
 
 
-def values_of(found: Sequence[PeakOfRun]) -> list[float]:
+def values_of(run_peaks: Sequence[PeakOfRun]) -> list[float]:
     """Return omega_e of several runs [Hz]."""
-    return [one.value for one in found]
+    return [one.value for one in run_peaks]

@@ -265,11 +265,11 @@ def _peak_against_level(phase: float) -> ClaimFinding:
     )
 
 
-def _off_the_multiples(found: list[PeakOfRun], forcing: list[float]) -> Checked:
+def _off_the_multiples(run_peaks: list[PeakOfRun], forcing: list[float]) -> Checked:
     """Return whether peaks lie off every multiple of the forcing, as natural frequencies do."""
     apart = [
         abs(one.value - max(1.0, round(one.value / hertz)) * hertz) / one.resolution
-        for one, hertz in zip(found, forcing, strict=True)
+        for one, hertz in zip(run_peaks, forcing, strict=True)
     ]
     return above("omega_e from a multiple of the forcing [resolutions]", apart, 1.0)
 

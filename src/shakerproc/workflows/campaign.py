@@ -219,7 +219,11 @@ def _written_up(
 
 
 def _document(
-    title: str, runs: Sequence[RunSummary], found: Sequence[Trend], channel: str, command: str
+    title: str,
+    runs: Sequence[RunSummary],
+    shown_trends: Sequence[Trend],
+    channel: str,
+    command: str,
 ) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
@@ -229,7 +233,7 @@ def _document(
         "counts": counts(runs),
         "verdict": trend_sentence(runs, channel),
         "trend_channel": channel,
-        "trends": found,
+        "trends": shown_trends,
         "left_out_of_trends": [run.left_out for run in runs if run.left_out],
         "runs": runs,
     }

@@ -385,16 +385,20 @@ _FEW_SENSORS: Final = "sensors at one place tell no shapes; use two places or mo
 
 
 def _modes(
-    found: Comparison, log: TestLog, warn: Callable[[str], None]
+    comparison: Comparison, log: TestLog, warn: Callable[[str], None]
 ) -> ComparedModes | None:
     """Return modes of test and model; None where one place alone moves or has sensors."""
-    sensed = {sensor.at for sensor in found.model.sensors.values()}
-    if found.model.structures and len(sensed) < 2:
+    sensed = {sensor.at for sensor in comparison.model.sensors.values()}
+    if comparison.model.structures and len(sensed) < 2:
         warn(f"modes of test and model are not compared: {_FEW_SENSORS}")
-    if found.model.n_coordinates < 2 or len(sensed) < 2 or found.model.excitation.imposed:
+    if (
+        comparison.model.n_coordinates < 2
+        or len(sensed) < 2
+        or comparison.model.excitation.imposed
+    ):
         return None
     try:
-        return compared_modes(found.model, log, [one.measured for one in found.tests])
+        return compared_modes(comparison.model, log, [one.measured for one in comparison.tests])
     except ShakerprocError as error:
         warn(f"modes of test and model are not compared: {error}")
         return None

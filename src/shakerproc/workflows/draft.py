@@ -355,19 +355,21 @@ def _times(said: Sampling) -> str:
     return "".join(f"  {key}: {value}\n" for key, value in given.items() if value)
 
 
-def test_lines(own: Mapping[Path, str], recordings: Path, taken: Collection[str]) -> str:
+def test_lines(
+    channel_lines: Mapping[Path, str], recordings: Path, taken: Collection[str]
+) -> str:
     """Return a line for each recording, under the number in its name where that is unique.
 
     Parameters
     ----------
-    own : mapping
+    channel_lines : mapping
         What each recording says of its channels, by its path.
     recordings : Path
         The folder that the log names.
     taken : collection of str
         Ids that other tests have already.
     """
-    paths = sorted(own, key=lambda path: [natural(part) for part in path.parts])
+    paths = sorted(channel_lines, key=lambda path: [natural(part) for part in path.parts])
     below = [path.relative_to(recordings).as_posix() for path in paths]
     numbers = [re.findall(r"\d+", path.removesuffix(Path(path).suffix)) for path in below]
     ids = [found[-1].lstrip("0") or "0" if found else "" for found in numbers]
@@ -376,7 +378,7 @@ def test_lines(own: Mapping[Path, str], recordings: Path, taken: Collection[str]
         ids = [str(i) for i in range(begin, begin + len(below))]
     wanted = "# ??? excitation, level, from, to"
     return "".join(
-        f"  - {{id: {i}, recording: {quoted(name)}{own[path]}}}   {wanted}\n"
+        f"  - {{id: {i}, recording: {quoted(name)}{channel_lines[path]}}}   {wanted}\n"
         for i, name, path in zip(ids, below, paths, strict=True)
     )
 

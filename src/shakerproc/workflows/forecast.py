@@ -231,12 +231,12 @@ def earlier_document(folder: Path) -> dict[str, Any] | None:
     return found if isinstance(found, dict) and found.get("schema") == SCHEMA else None
 
 
-def _write_notches(folder: Path, found: Forecast) -> None:
+def _write_notches(folder: Path, result: Forecast) -> None:
     """Write the notched profile of each planned test as YAML and as CSV."""
     from shakerproc import files
 
-    for one in found.found.tests:
-        notched = None if one.notch is None else one.notch.found
+    for one in result.found.tests:
+        notched = None if one.notch is None else one.notch.notched
         if notched is None or notched.test.profile is None:
             continue
         name, profile = f"notched_{one.planned.test.id}", notched.test.profile
@@ -246,7 +246,7 @@ def _write_notches(folder: Path, found: Forecast) -> None:
 
 
 def write_forecast(
-    folder: Path, found: Forecast, command: str, inputs: "Sequence[tuple[str, str, str]]",
+    folder: Path, result: Forecast, command: str, inputs: "Sequence[tuple[str, str, str]]",
     *, figures: bool,
 ) -> Path:  # fmt: skip
     """Write report.html, forecast.json, forecast.csv and figures; return the page."""
@@ -255,25 +255,28 @@ def write_forecast(
     from shakerproc.report.page.methods import methods_of
     from shakerproc.report.page.page import Report, write_report
 
-    files.write_json(folder / "forecast.json", found.as_json())
-    rows = found.rows
+    files.write_json(folder / "forecast.json", result.as_json())
+    rows = result.rows
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     files.write_text(folder / "forecast.csv", files.csv_text(table))
-    _write_notches(folder, found)
+    _write_notches(folder, result)
     if figures:
         from shakerproc.report.figures.to_png import matplotlib_figure, save
 
-        for one in found.found.tests:
+        for one in result.found.tests:
             profile = profile_figure(one)
-            for figure in (*([profile] if profile else []), *density_figures(one, found.found)):
+            for figure in (
+                *([profile] if profile else []),
+                *density_figures(one, result.found),
+            ):
                 picture = matplotlib_figure(figure, str(figure.plots[0].title))
                 save(picture, folder / f"{figure.name}.png")
     report = Report(
-        found.found.title,
+        result.found.title,
         [],
         command=command,
-        verdict=f"{found.sentence}.",
-        sections=sections(found.found),
+        verdict=f"{result.sentence}.",
+        sections=sections(result.found),
         inputs=inputs,
         methods=methods_of([], analyses=["forecast"]),
     )

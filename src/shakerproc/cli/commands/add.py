@@ -55,7 +55,7 @@ def add(
         bool,
         typer.Option("--modes", help="Write further linear modes that were fitted, too."),
     ] = False,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Fit an effect to a log; write it into a new model file.
@@ -89,7 +89,7 @@ def add(
             Wanted(effect, places, numbers, scale),
             GivenModel(known.model, known),
             log,
-            effect_hashes=options.effects_of(own).get("effects_sha256", {}),
+            effect_hashes=options.effects_of(effects).get("effects_sha256", {}),
             progress=advance,
             warn=once.warning,
         )

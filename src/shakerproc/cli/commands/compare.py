@@ -65,7 +65,7 @@ def compare(
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Show where, and by how much, a model fails in each test.
@@ -118,7 +118,7 @@ def compare(
         names = _names((older or shaken).title, shaken.title, fit=fit)
         models = Models(compared.before, found, *names)
     document = {
-        **_provenance(documents[-2:]), **options.effects_of(own), **compared.as_json()
+        **_provenance(documents[-2:]), **options.effects_of(effects), **compared.as_json()
     }  # fmt: skip
     evidence = Evidence(models, None, inputs_of(documents, measured), modes=compared.modes)
     with output.results(folder, "compare"):
@@ -219,7 +219,7 @@ def _decays(
 
 def _write(
     folder: Path,
-    found: "Comparison",
+    comparison: "Comparison",
     document: "Mapping[str, object]",
     title: str,
     evidence: "Evidence",
@@ -232,14 +232,14 @@ def _write(
     from shakerproc.workflows.evidence import write_evidence
 
     files.write_json(folder / "compare.json", document)
-    rows = rows_of(found)
+    rows = rows_of(comparison)
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     files.write_text(folder / "errors.csv", files.csv_text(table))
     if figures:
         from shakerproc.report.evidence.comparison import draw_comparison
 
-        draw_comparison(found, folder)
-    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
+        draw_comparison(comparison, folder)
+    verdict = f"{sentence(comparison).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
     return write_evidence(folder, title, verdict, evidence, command=output.command())
 
 
@@ -288,12 +288,12 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
     }
 
 
-def _print(found: "Comparison", folder: Path, once: output.Once) -> None:
+def _print(comparison: "Comparison", folder: Path, once: output.Once) -> None:
     """Print the errors of every test, and the notes that were not printed yet."""
     from shakerproc.runs.summary import by_tests
 
     rows = []
-    for test in found.tests:
+    for test in comparison.tests:
         for i, (name, e) in enumerate(zip(test.measured.sensors, test.errors, strict=True)):
             kept = " (held out)" if test.measured.test.hold_out else ""
             rows.append((
@@ -308,12 +308,12 @@ def _print(found: "Comparison", folder: Path, once: output.Once) -> None:
         spare=("model gain", "gain", "level"),
         elsewhere=str(folder / "errors.csv"),
     )
-    if found.refit is not None:
-        _print_fit(found.refit)
-    output.messages(by_tests((t.measured.name, t.measured.remarks) for t in found.tests))
-    for text in (*found.left_out, *found.warnings):
+    if comparison.refit is not None:
+        _print_fit(comparison.refit)
+    output.messages(by_tests((t.measured.name, t.measured.remarks) for t in comparison.tests))
+    for text in (*comparison.left_out, *comparison.warnings):
         once.warning(text)
-    for test in found.tests:
+    for test in comparison.tests:
         for note in test.measured.notes:
             once.warning(note)
         output.messages(test.notes)

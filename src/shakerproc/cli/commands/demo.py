@@ -183,10 +183,10 @@ def _drawn(model: Path, log: Path, folder: Path) -> Iterator[None]:
             output.message(f"no figures in {folder}: see shakerproc {' '.join(words)}")
 
 
-def _verdict(before: "Comparison", after: "Comparison", found: str) -> str:
+def _verdict(before: "Comparison", after: "Comparison", left_out: str) -> str:
     was, now = before.held_out or before.error, after.held_out or after.error
     return (
-        f"The model left out a {found} With it, what it does not explain of the test kept "
+        f"The model left out a {left_out} With it, what it does not explain of the test kept "
         f"aside falls from {was:.0%} to {now:.1%}."
     )
 

@@ -48,7 +48,7 @@ def forecast(
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Predict planned tests, with 90 % bands and limits.
@@ -96,7 +96,7 @@ def forecast(
     with output.results(folder, "forecast"):
         inputs = inputs_of(documents, measured)
         page = write_forecast(folder, found, output.command(), inputs, figures=figures)
-    output.write_json({**found.as_json(), **options.effects_of(own)}, json)
+    output.write_json({**found.as_json(), **options.effects_of(effects)}, json)
     _print(found, folder)
     for note in found.found.notes:
         once.warning(note)
@@ -104,13 +104,13 @@ def forecast(
     output.print_if(pdf, page)
 
 
-def _print(found: "Forecast", folder: Path) -> None:
+def _print(result: "Forecast", folder: Path) -> None:
     from shakerproc.forecasts import sentences
 
-    output.data(found.sentence)
-    if found.found.step is not None:
-        print_step(found.found.step)
-    for one in found.found.tests:
+    output.data(result.sentence)
+    if result.found.step is not None:
+        print_step(result.found.step)
+    for one in result.found.tests:
         output.print_table(
             ("of", "quantity", "value", "low", "high", "linear", "unit"),
             _rows(one),

@@ -230,5 +230,5 @@ def _show_group(group: "RawGroup") -> None:
     output.print_table(columns, rows)
 
 
-def _count(found: Sequence[object]) -> str:
-    return f"{len(found)} channel{'s' * (len(found) != 1)}"
+def _count(channels: Sequence[object]) -> str:
+    return f"{len(channels)} channel{'s' * (len(channels) != 1)}"

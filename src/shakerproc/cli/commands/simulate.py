@@ -82,7 +82,7 @@ def simulate(
         bool, typer.Option("--overwrite", help="Replace recordings that are there.")
     ] = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Write the recordings that a log describes, from a model.
@@ -129,7 +129,7 @@ def simulate(
         one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
         found = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
-    output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
+    output.write_json({**_document(inputs, seed, found), **options.effects_of(effects)}, json)
     _print(found, shaken.motion)
     place = excitation.parent if out is None else out
     output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
@@ -192,7 +192,7 @@ def _respond(
 
 
 def _document(
-    inputs: "Mapping[str, str]", seed: int, found: "Sequence[Mapping[str, object]]"
+    inputs: "Mapping[str, str]", seed: int, recordings: "Sequence[Mapping[str, object]]"
 ) -> dict[str, object]:
     from shakerproc import __version__
 
@@ -201,16 +201,16 @@ def _document(
         "shakerproc": __version__,
         "inputs": inputs,
         "seed": seed,
-        "recordings": found,
+        "recordings": recordings,
     }
 
 
-def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
+def _print(recordings: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
     from shakerproc.models.motion import shown_in
 
     unit, factor = shown_in("m", motion)
     rows = []
-    for one in found:
+    for one in recordings:
         moved = one["largest_relative_displacement_m"]
         most = max(moved.values()) if isinstance(moved, dict) else None
         rows.append((
@@ -221,7 +221,7 @@ def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
         ("test", "recording", "takes [s]", f"largest motion [{unit}]", "switchings",
          "growth of 1e-10", "remark"),
         rows)  # fmt: skip
-    if any(one["chaotic"] for one in found):
+    if any(one["chaotic"] for one in recordings):
         output.warning(
             "chaotic motion: any model of it agrees with these recordings in statistics only"
         )

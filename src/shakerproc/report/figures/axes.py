@@ -82,8 +82,8 @@ def shared(page: str) -> str:
     """Return a page in which axes that stand in several figures are written once."""
     known: dict[str, int] = {}
 
-    def written(found: re.Match[str]) -> str:
-        axes = found[0]
+    def written(match: re.Match[str]) -> str:
+        axes = match[0]
         if axes in known:
             return f'<use href="#axes-{known[axes]}"/>'
         known[axes] = len(known)

@@ -172,7 +172,7 @@ def signals(
 
 
 def _drawn(
-    title: str, found: Envelope, named: Sequence[tuple[str, str, float]], duration: float
+    title: str, extremes: Envelope, named: Sequence[tuple[str, str, float]], duration: float
 ) -> "MatplotlibFigure":
     n = len(named)
     with style.look():
@@ -180,8 +180,8 @@ def _drawn(
             7.0, 0.5 + 0.85 * n, n, sharex=True, left=LEFT, legend=False
         )
         for i, (axis, (name, unit, factor)) in enumerate(zip(axes, named, strict=True)):
-            low, high = found.low[i] * factor, found.high[i] * factor
-            axis.fill_between(found.time, low, high, color=style.COLOURS[0], lw=0.5)
+            low, high = extremes.low[i] * factor, extremes.high[i] * factor
+            axis.fill_between(extremes.time, low, high, color=style.COLOURS[0], lw=0.5)
             style.name(axis, name)
             axis.set_ylabel(f"[{unit}]")
         style.head(axes[0], title, f"{numeral(duration, 4)} s", legend=False)

@@ -124,9 +124,9 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
     return replace(result, analyses=tuple(found), notes=tuple(notes))
 
 
-def _with_tones(found: Sequence[Analysis]) -> str:
+def _with_tones(analyses: Sequence[Analysis]) -> str:
     """Return the sentence on numbers that include the tones of a sine on random."""
-    whole = [one.title for one in found if not ANALYSES[one.kind].of_spectra]
+    whole = [one.title for one in analyses if not ANALYSES[one.kind].of_spectra]
     names = ", ".join(["Rms", "largest value", "crest factor", "kurtosis", *whole])
     return (
         f"{names} and what is drawn over time are of the whole signal, tones and all; rms in "

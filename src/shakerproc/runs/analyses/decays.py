@@ -256,7 +256,7 @@ class DecayAnalysis(AbstractAnalysis):
             columns=_columns(known),
             summary=tuple(_row(mode) for mode in modes),
             panels=tuple(panel for mode in known[:DRAWN] for panel in _panels(mode)),
-            told=(
+            sentences=(
                 *_sentences(modes, start, result),
                 *(() if expected else problems),
             ),
@@ -319,7 +319,7 @@ def _nothing(kind: str, why: str, result: RunResult) -> Analysis:
         columns={},
         summary=(),
         panels=(),
-        told=(why,),
+        sentences=(why,),
         problems=(why,) if flagged else (),
     )
 

@@ -43,8 +43,8 @@ class DrivingPointAnalysis(AbstractAnalysis):
             columns={key: [row[key] for row in rows] for key in rows[0]},
             summary=rows,
             panels=(),
-            told=("Power that the force feeds in where it acts, net over gross: 100 % if all "
-                  "is the right way round.",),
+            sentences=("Power that the force feeds in where it acts, net over gross: 100 % if "
+                       "all is the right way round.",),
             problems=tuple(text for one in found if (text := _problem(name, *one))),
         )  # fmt: skip
 

@@ -56,25 +56,27 @@ class FatigueAnalysis(AbstractAnalysis):
         )  # fmt: skip
 
 
-def _columns(found: FatigueSpectra, names: list[str], exponent: float) -> dict[str, FloatArray]:
-    columns = {"frequency_hz": found.frequency}
+def _columns(
+    spectra: FatigueSpectra, names: list[str], exponent: float
+) -> dict[str, FloatArray]:
+    columns = {"frequency_hz": spectra.frequency}
     for i, name in enumerate(names):
-        columns[f"acceleration_rms_{name}_g"] = found.acceleration[i] / STANDARD_GRAVITY
-        columns[f"displacement_rms_{name}_mm"] = found.displacement[i] * 1e3
-        columns[f"damage_{name}_m_per_s_to_the_{exponent:g}"] = found.damage[i]
+        columns[f"acceleration_rms_{name}_g"] = spectra.acceleration[i] / STANDARD_GRAVITY
+        columns[f"displacement_rms_{name}_mm"] = spectra.displacement[i] * 1e3
+        columns[f"damage_{name}_m_per_s_to_the_{exponent:g}"] = spectra.damage[i]
     return columns
 
 
-def _row(found: FatigueSpectra, i: int, name: str, unit: str) -> dict[str, Cell]:
+def _row(spectra: FatigueSpectra, i: int, name: str, unit: str) -> dict[str, Cell]:
     """Return the largest values of a channel, and of which oscillators they are."""
-    loudest, worst = int(np.argmax(found.acceleration[i])), int(np.argmax(found.damage[i]))
+    loudest, worst = int(np.argmax(spectra.acceleration[i])), int(np.argmax(spectra.damage[i]))
     return {
         "channel": name,
-        "acceleration_rms_g": float(found.acceleration[i, loudest] / STANDARD_GRAVITY),
-        "acceleration_at_hz": float(found.frequency[loudest]),
-        "damage": float(found.damage[i, worst]),
+        "acceleration_rms_g": float(spectra.acceleration[i, loudest] / STANDARD_GRAVITY),
+        "acceleration_at_hz": float(spectra.frequency[loudest]),
+        "damage": float(spectra.damage[i, worst]),
         "damage_unit": unit,
-        "damage_at_hz": float(found.frequency[worst]),
+        "damage_at_hz": float(spectra.frequency[worst]),
     }
 
 

@@ -257,7 +257,7 @@ def problems(reading: MultisineReading) -> Iterator[str]:
             "one period only: the noise is not known, and distortion holds it; record two "
             "periods or more of each realisation, better eight"
         )
-    if reading.grid.even.any() or np.any(reading.grid.carried > 1):
+    if reading.grid.even.any() or np.any(reading.grid.n_exciting > 1):
         return
     alone = "one realisation" if reading.layout.realisations == 1 else "no line excited twice"
     yield (
@@ -269,7 +269,7 @@ def problems(reading: MultisineReading) -> Iterator[str]:
 
 def _shared_lines(grid: LineGrid) -> str:
     """Return how far the realisations share their lines."""
-    shared = int(np.sum(grid.carried > 1))
+    shared = int(np.sum(grid.n_exciting > 1))
     each = grid.excited_in.sum(axis=1)
     told = (
         f"Each realisation excites lines of its own, {each.min()} to {each.max()} of them; "
@@ -320,7 +320,7 @@ class MultisineAnalysis(AbstractAnalysis):
             panels=tuple(
                 _panel(i, reading, result) for i in range(min(len(reading.rows), DRAWN))
             ),
-            told=(
+            sentences=(
                 *(
                     sentence(name, share, one.noise_share, band)
                     for name, share, one in zip(names, shares, reading.spectra, strict=True)
@@ -347,7 +347,7 @@ def _columns(reading: MultisineReading, result: RunResult) -> dict[str, Any]:
         "line": grid.number,
         "frequency_hz": grid.frequency,
         "kind": kinds.astype(object),
-        "excited_realisations": grid.carried,
+        "excited_realisations": grid.n_exciting,
         f"input_{name}{spelled(unit)}": np.where(
             grid.excited, factor * reading.spectra[0].input, np.nan
         ),
@@ -410,7 +410,7 @@ def _panel(i: int, reading: MultisineReading, result: RunResult) -> Panel:
         ("noise", every, one.noise),
         ("even distortion", grid.even, one.distortion),
         ("odd distortion", grid.odd, one.distortion),
-        ("scatter of realisations", grid.carried > 1, one.scatter),
+        ("scatter of realisations", grid.n_exciting > 1, one.scatter),
     ):
         if chosen.any() and not np.isnan(values[chosen]).any():
             width = max(1, int(chosen.sum()) // SMOOTHED)

@@ -77,7 +77,7 @@ class OrderAnalysis(AbstractAnalysis):
                 for j, label in enumerate(labels)
             ),
             panels=(_speed(found), *_panels(result, rows, labels, found)),
-            told=(
+            sentences=(
                 f"Speed {slowest:.5g} to {fastest:.5g} rev/min, "
                 f"{shaft.revolutions:.5g} revolutions.",
                 *_thinned(shaft, wanted),
@@ -222,49 +222,49 @@ def _tracked(
 
 
 def _columns(
-    result: RunResult, rows: Sequence[int], labels: Sequence[str], found: _Tracked
+    result: RunResult, rows: Sequence[int], labels: Sequence[str], tracked: _Tracked
 ) -> dict[str, FloatArray]:
-    columns = {"time_s": found.time, "speed_rev_per_min": found.speed}
+    columns = {"time_s": tracked.time, "speed_rev_per_min": tracked.speed}
     for i, row in enumerate(rows):
         unit, factor = shown_unit(result.channels[row].unit)
         for j, label in enumerate(labels):
             name = f"{label.replace(' ', '_')}_{result.channels[row].name}"
             columns[f"{name}_amplitude{spelled(unit)}"] = (
-                np.abs(found.amplitudes[i, j]) * factor
+                np.abs(tracked.amplitudes[i, j]) * factor
             )
-            columns[f"{name}_phase_deg"] = np.degrees(np.angle(found.amplitudes[i, j]))
+            columns[f"{name}_phase_deg"] = np.degrees(np.angle(tracked.amplitudes[i, j]))
     return columns
 
 
 def _row(
-    result: RunResult, row: int, label: str, found: _Tracked, at: tuple[int, int]
+    result: RunResult, row: int, label: str, tracked: _Tracked, at: tuple[int, int]
 ) -> dict[str, Cell]:
     """Return the largest amplitude of an order, and when it is that large."""
     unit, factor = shown_unit(result.channels[row].unit)
-    amplitude = np.abs(found.amplitudes[at]) * factor
+    amplitude = np.abs(tracked.amplitudes[at]) * factor
     peak = int(np.argmax(amplitude))
     return {
         "channel": result.channels[row].name,
         "order": label.removeprefix("order "),
         "largest": float(amplitude[peak]),
         "unit": unit,
-        "phase_deg": float(np.degrees(np.angle(found.amplitudes[at][peak]))),
-        "speed_rev_per_min": float(found.speed[peak]),
-        "time_s": float(found.time[peak]),
+        "phase_deg": float(np.degrees(np.angle(tracked.amplitudes[at][peak]))),
+        "speed_rev_per_min": float(tracked.speed[peak]),
+        "time_s": float(tracked.time[peak]),
     }
 
 
-def _speed(found: _Tracked) -> Panel:
+def _speed(tracked: _Tracked) -> Panel:
     return Panel(
         "orders_speed", "Speed", "Mean speed of each stretch of revolutions.",
         PanelScale("time [s]", logarithmic=False),
         PanelScale("speed [rev/min]", logarithmic=False),
-        (PanelLine("speed", found.time, found.speed),),
+        (PanelLine("speed", tracked.time, tracked.speed),),
     )  # fmt: skip
 
 
 def _panels(
-    result: RunResult, rows: Sequence[int], labels: Sequence[str], found: _Tracked
+    result: RunResult, rows: Sequence[int], labels: Sequence[str], tracked: _Tracked
 ) -> list[Panel]:
     """Return the amplitudes of all orders against speed, one figure a channel."""
     panels = []
@@ -272,7 +272,7 @@ def _panels(
         channel = result.channels[row]
         unit, factor = shown_unit(channel.unit)
         lines = tuple(
-            PanelLine(label, found.speed, np.abs(found.amplitudes[i, j]) * factor, style=j)
+            PanelLine(label, tracked.speed, np.abs(tracked.amplitudes[i, j]) * factor, style=j)
             for j, label in enumerate(labels)
         )
         panels.append(

@@ -86,7 +86,10 @@ class ProfileJudgement(AbstractAnalysis):
             columns=_columns(judged, demand, lines, profile),
             summary=summary,
             panels=(_panel(judged, profile, result),),
-            told=(_verdict_text(summary, profile), *_rms_text(rms, _rms_band(result, profile))),
+            sentences=(
+                _verdict_text(summary, profile),
+                *_rms_text(rms, _rms_band(result, profile)),
+            ),
             problems=tuple(_broken(row, profile) for row in broken),
         )
 

@@ -37,7 +37,7 @@ class ResonanceAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in (rows[0] if rows else ())},
             summary=rows,
             panels=(),
-            told=()
+            sentences=()
             if rows
             else ("No response function has a peak that chance does not make.",),
         )

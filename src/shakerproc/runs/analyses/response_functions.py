@@ -48,7 +48,7 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
                 ),
                 _coherence(frequency, drawn),
             ),
-            told=told,
+            sentences=told,
         )
 
 

@@ -213,7 +213,7 @@ class SplittingAnalysis(AbstractAnalysis):
             columns=_columns(spectra, run.names),
             summary=tuple(table),
             panels=panels_of(cells, parts, spectra, run.names, run.start),
-            told=tuple(_advice(parts, spectra)),
+            sentences=tuple(_advice(parts, spectra)),
         )
 
 

@@ -220,7 +220,7 @@ class ToneAnalysis(AbstractAnalysis):
             },
             summary=rows,
             panels=(),
-            told=(
+            sentences=(
                 _tone_sentences(rows, unit),
                 "Level, control density, profile, densities, response functions and peaks are "
                 "those of the random vibration without these tones.",

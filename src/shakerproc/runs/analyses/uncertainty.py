@@ -69,7 +69,7 @@ class _Spectrum:
         By row, to what the gain of a channel goes into it [-].
     noise : (n_frequencies,) array, optional
         Largest share that noise may be of it [-]; None where nothing tells it.
-    told : str
+    noise_origin : str
         Where the noise is from, or why it is not known.
     no_chance : str
         Why the random errors are not known; empty where they are.
@@ -84,7 +84,7 @@ class _Spectrum:
     power: int
     powers: Mapping[int, float]
     noise: FloatArray | None
-    told: str
+    noise_origin: str
     no_chance: str
 
 
@@ -125,7 +125,7 @@ def _density(result: RunResult, quiet: QuietPart | None, i: int) -> _Spectrum:
     return _Spectrum(
         "psd", result.channels[i].name, levels.density_unit(unit), result.psd[i] * factor**2,
         np.full(result.psd[i].shape, averages**-0.5), factor**2, 1, {i: 2.0}, noise,
-        NOT_QUIET if quiet is None else quiet.told,
+        NOT_QUIET if quiet is None else quiet.origin,
         "" if averages > 1.0 else ONE_AVERAGE,
     )  # fmt: skip
 
@@ -175,26 +175,26 @@ def _resonances(result: RunResult) -> Iterator[tuple[_Spectrum, ResonancePeak]]:
             yield function, ResonancePeak(peak, read)
 
 
-def _of_peak(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Iterator[Budget]:
+def _of_peak(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> Iterator[Budget]:
     """Yield frequency and height of a peak, natural frequency and damping of its mode."""
-    at, k = found.peak.frequency, found.peak.index
+    at, k = peak.peak.frequency, peak.peak.index
     height = float(of.values[k])
     own = calibration(result, height, of.powers)
-    place, chance = _chance(result, of, found)
-    noise = unknown("noise", of.told)
+    place, chance = _chance(result, of, peak)
+    noise = unknown("noise", of.noise_origin)
     if of.noise is not None:
-        noise = rectangular("noise", height * float(of.noise[k]), of.told)
+        noise = rectangular("noise", height * float(of.noise[k]), of.noise_origin)
     bins = rectangular("resolution", 0.5 * result.spectra.bin_width, "half a bin")
-    name, width = f"{of.quantity} peak frequency", _resolution(result, of, found)
+    name, width = f"{of.quantity} peak frequency", _resolution(result, of, peak)
     yield Budget(of.channel, name, at, at, "Hz", (bins, *place))
     lines = (own, *width, *chance, noise)
     yield Budget(of.channel, f"{of.quantity} height", at, height, of.unit, lines)
-    if found.damping is not None:
-        yield from of_mode(of.channel, of.quantity, at, found.damping)
+    if peak.damping is not None:
+        yield from of_mode(of.channel, of.quantity, at, peak.damping)
 
 
 def _chance(
-    result: RunResult, of: _Spectrum, found: ResonancePeak
+    result: RunResult, of: _Spectrum, peak: ResonancePeak
 ) -> tuple[list[Contribution], list[Contribution]]:
     r"""Return the contributions of chance to frequency and height of a peak.
 
@@ -203,7 +203,7 @@ def _chance(
     """
     if of.no_chance:
         return [unknown("random", of.no_chance)], [unknown("random", of.no_chance)]
-    cross, at, k = result.spectra, found.peak.frequency, found.peak.index
+    cross, at, k = result.spectra, peak.peak.frequency, peak.peak.index
     first, last = tallest_bins(of.values, of.errors, k, 0.5 ** (1.0 / of.power))
     many = max(1.0, (last - first + 1) * cross.bin_width / cross.resolution)
     spread = float(of.values[k]) * float(of.errors[k])
@@ -218,18 +218,18 @@ def _chance(
     ]
 
 
-def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> list[Contribution]:
+def _resolution(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> list[Contribution]:
     r"""Return the contributions of window and bins to the height of a peak.
 
     A resonance is lower by what the window smears (`seen_share`), and up to half a bin beside
     its top, :math:`(\Delta f / B)^2` of its power. Where the bins do not resolve it, it is the
     distance from the fit, which allows for the window.
     """
-    cross, read, k = result.spectra, found.damping, found.peak.index
+    cross, read, k = result.spectra, peak.damping, peak.peak.index
     height = float(of.values[k])
     reading = spectra.half_power_ratio(cross.frequency, of.values**of.power, k)
     seen = 0.0 if reading is None else reading[1]
-    if read is not None and read.height is not None and not found.resolved:
+    if read is not None and read.height is not None and not peak.resolved:
         off = abs(read.height * of.factor - height)
         return [rectangular("resolution", off, "distance from the fit of the mode")]
     if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
@@ -314,7 +314,7 @@ def _of_mean_square(
     if quiet is None:
         return [*lines, unknown("noise", NOT_QUIET)]
     noise = float(quiet.density[list(rows)].mean(axis=0)[bins].sum()) * cross.bin_width
-    return [*lines, rectangular("noise", noise / square, quiet.told)]
+    return [*lines, rectangular("noise", noise / square, quiet.origin)]
 
 
 def _of_sweep(
@@ -336,7 +336,7 @@ def _of_sweep(
     noise = unknown("noise", NOT_QUIET)
     if quiet is not None:
         share = _noise_of_sweep(result, reading, quiet)
-        noise = rectangular("noise", gain * share, quiet.told)
+        noise = rectangular("noise", gain * share, quiet.origin)
     yield Budget(channel, f"{name} gain", at, gain, unit or "1", (own, height, noise))
     if mode is not None:
         yield damping(channel, name, at, mode.ratio, mode.ratio * mode.half)
@@ -410,7 +410,7 @@ class UncertaintyAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in (rows[0] if rows else ())},
             summary=tuple(_row(budget) for budget in budgets),
             panels=(),
-            told=(*_TOLD, *_not_known(result, budgets)),
+            sentences=(*_TOLD, *_not_known(result, budgets)),
         )
 
 

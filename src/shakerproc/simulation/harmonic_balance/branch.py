@@ -349,14 +349,14 @@ def _with_folds(curve: ForcedCurve, trace: Trace) -> tuple[FloatArray, list[int]
 
 
 def _marks(
-    frequency: FloatArray, found: ComplexArray, folds: list[int]
+    frequency: FloatArray, floquet_multipliers: ComplexArray, folds: list[int]
 ) -> tuple[BranchMark, ...]:
     """Return the folds, and the points after which other multipliers have left the circle."""
     marks = [BranchMark(index, "fold", float(frequency[index])) for index in folds]
-    counts = np.sum(np.abs(found) > 1.0 + NEUTRAL, axis=1)
+    counts = np.sum(np.abs(floquet_multipliers) > 1.0 + NEUTRAL, axis=1)
     for i in np.flatnonzero(np.diff(counts)):
         near_fold = any(i <= fold <= i + 1 for fold in folds)
-        kind, share = _crossing(found[i], found[i + 1])
+        kind, share = _crossing(floquet_multipliers[i], floquet_multipliers[i + 1])
         if not (near_fold and kind == "branch point"):
             between = frequency[i] + share * (frequency[i + 1] - frequency[i])
             marks.append(BranchMark(int(i) + 1, kind, float(between)))

@@ -353,7 +353,7 @@ def _complain(balance: HarmonicBalance, title: str, band: tuple[float, float]) -
     )
 
 
-def difference_from_simulation(found: Response) -> float:
+def difference_from_simulation(response: Response) -> float:
     """Return how far the tallest stable motion is from the exact stepper's, over one round.
 
     The stepper sets out from the state that harmonic balance gives, and is excited alike; the
@@ -362,7 +362,7 @@ def difference_from_simulation(found: Response) -> float:
     harmonic balance does not give.
     """
     tallest: tuple[float, Branch, int] | None = None
-    for branch in found.branches:
+    for branch in response.branches:
         amplitude = np.max(np.abs(samples_of_branch(branch, 256)[:, 0]), axis=-1)
         steady = np.where(branch.stable, amplitude, 0.0)
         place = int(np.argmax(steady))
@@ -374,8 +374,8 @@ def difference_from_simulation(found: Response) -> float:
     samples = samples_of_branch(branch, CLOSE)[point, 0]
     frequency = float(branch.frequency[point])
     stepped = one_round(
-        found.model,
-        found.level,
+        response.model,
+        response.level,
         frequency,
         state_of(branch, point),
         order=branch.balance.order,

@@ -146,15 +146,15 @@ def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
     return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
 
 
-def _end(found: SimulatedResponse) -> FloatArray:
-    end: FloatArray = found.motion[: len(found.motion) - len(found.states), -1]
+def _end(response: SimulatedResponse) -> FloatArray:
+    end: FloatArray = response.motion[: len(response.motion) - len(response.states), -1]
     return end
 
 
-def _sizes(found: SimulatedResponse, omega: float) -> FloatArray:
+def _sizes(response: SimulatedResponse, omega: float) -> FloatArray:
     """Return how large each displacement and velocity is."""
-    moving = (len(found.motion) - len(found.states)) // 2
-    amplitude = np.max(np.abs(found.motion[:moving]), axis=1)
+    moving = (len(response.motion) - len(response.states)) // 2
+    amplitude = np.max(np.abs(response.motion[:moving]), axis=1)
     amplitude = np.maximum(amplitude, 1e-6 * np.max(amplitude))
     return np.concatenate([amplitude, omega * amplitude])
 

@@ -55,9 +55,9 @@ def _accelerate_linear(
             held += 1
             continue
         force, rate = 0.0, 0.0
-        if store.carried[row] < 0:
+        if store.force_of[row] < 0:
             force, rate = law_series(machine, row, order, 0.0, 1.0, series.lines)
-        elif store.carried[row] == unit:
+        elif store.force_of[row] == unit:
             force = 1.0
         push_and_read(machine, row, force, series.a, order)
         if state >= 0:
@@ -114,7 +114,7 @@ def set_rates_and_events(
             for row in range(combinations.shape[1]):
                 for which in range(2):
                     kind, sign, level = event(machine, row, which)
-                    if kind < 0 or (store.carried[row] >= 0 and kind != HOLDING):
+                    if kind < 0 or (store.force_of[row] >= 0 and kind != HOLDING):
                         continue  # those of carried lines change with their branch
                     store.events[s, e, column] = sign * series.lines[row, kind, order]
                     if order == 0:

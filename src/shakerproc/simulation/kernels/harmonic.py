@@ -308,11 +308,11 @@ def _pass(
     breakpoints: FloatArray,
     span: tuple[float, float],
     end: float,
-    found: tuple[FloatArray, Segments],
+    crossings: tuple[FloatArray, Segments],
     count: int,
 ) -> int:
     """Note every crossing on a span on which the motion rises or falls throughout."""
-    angles, segments = found
+    angles, segments = crossings
     target = segment_of(end, breakpoints)
     current = segments[count]
     while current != target:

@@ -207,13 +207,15 @@ def _slip(machine: Machine, row: int, before: int, series: Series) -> None:
 
 
 @inner
-def _take_away(machine: Machine, row: int, left: float, series: Series) -> None:
+def _take_away(machine: Machine, row: int, velocity: float, series: Series) -> None:
     """Take the rounding error of a velocity away where a slider stops [m/s].
 
     Where the motion is imposed there is none: no push moves the joint.
     """
     if mobility(machine, row, row) > 0.0:
-        push(machine, row, left / mobility(machine, row, row), series.y, machine.mass.size, 0)
+        push(
+            machine, row, velocity / mobility(machine, row, row), series.y, machine.mass.size, 0
+        )
 
 
 @inner

@@ -120,7 +120,7 @@ class Store(NamedTuple):
         the forces themselves is left out.
     step : (s, n_y, n_y + degree + 2 + 6 m) array
         What a part adds to y, by (y, c, 1) and the six coefficients of each carried force.
-    carried : (r,) array of int
+    force_of : (r,) array of int
         Number of each line among the m whose law is not linear on its branches: its force is
         given to the propagators as a quintic over a part. -1 for all others.
     owner : (n_states,) array of int
@@ -138,7 +138,7 @@ class Store(NamedTuple):
     events: FloatArray
     slopes: FloatArray
     step: FloatArray
-    carried: NDArray[np.int64]
+    force_of: NDArray[np.int64]
     owner: NDArray[np.int64]
     push: FloatArray
 

@@ -64,7 +64,7 @@ def slot_of(machine: Machine, store: Store) -> int:
     """Return where the propagators of the present branches stand."""
     code = 0
     for row in range(machine.lines.shape[0]):
-        free = store.carried[row] >= 0 and machine.lines[row, LAW] != FRICTION
+        free = store.force_of[row] >= 0 and machine.lines[row, LAW] != FRICTION
         code = 3 * code + (1 if free else machine.mode[row, 0] + 1)
     return store.slot_of[code]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, inner
-from shakerproc.simulation.kernels.carried_forces import Carried
+from shakerproc.simulation.kernels.carried_forces import CarriedForces
 from shakerproc.simulation.kernels.carrying import carry
 from shakerproc.simulation.kernels.dop853 import one_sample
 from shakerproc.simulation.kernels.exact import fast, record
@@ -51,7 +51,7 @@ class Nudges(NamedTuple):
         How far a difference moves each displacement and velocity.
     lead : int
         Samples of a window after which it is let go.
-    apart : (m,) array
+    difference : (m,) array
         Room for the differences.
     """
 
@@ -59,7 +59,7 @@ class Nudges(NamedTuple):
     sees: FloatArray
     gain: FloatArray
     lead: int
-    apart: FloatArray
+    difference: FloatArray
 
 
 @inlined
@@ -82,14 +82,14 @@ def nudge(
         held = held or sticks(machine, row)
     if held:  # what the joints that stick carry before
         accelerate(machine, time, 0.0, 0, series)
-    for i in range(nudges.apart.size):
+    for i in range(nudges.difference.size):
         total = nudges.measured[sample, i]
         for k in range(2 * n):
             total -= nudges.sees[i, k] * series.y[k, 0]
-        nudges.apart[i] = total
+        nudges.difference[i] = total
     for k in range(2 * n):
-        for i in range(nudges.apart.size):
-            series.y[k, 0] += nudges.gain[k, i] * nudges.apart[i]
+        for i in range(nudges.difference.size):
+            series.y[k, 0] += nudges.gain[k, i] * nudges.difference[i]
     for row in range(n_lines):
         _go_on(machine, row, period, series)
     if held:
@@ -174,7 +174,7 @@ def _walk(
     tolerance: float,
     series: Series,
     room: FloatArray,
-    carried: Carried,
+    forces: CarriedForces,
     work: FloatArray,
     motion: FloatArray,
     accelerations: FloatArray,
@@ -203,7 +203,7 @@ def _walk(
         elif tables:
             j, passed = carry(
                 machine, store, pieces, j, end, stride, before, sample, tolerance, scales,
-                series, carried, motion, accelerations, n, n_y,
+                series, forces, motion, accelerations, n, n_y,
             )  # fmt: skip
         if j == end:
             _nudge_here(machine, nudges, pieces, j, stride, sample, series, until)
@@ -270,7 +270,7 @@ def walk_windows(
     tolerance: float,
     series: Series,
     room: FloatArray,
-    carried: Carried,
+    forces: CarriedForces,
     work: FloatArray,
     cursor: NDArray[np.int64],
     failed: NDArray[np.bool_],
@@ -314,7 +314,7 @@ def walk_windows(
         Room.
     room : (4, any) array
         Room for as many numbers in a row as there are orders, motions or events.
-    carried : Carried
+    forces : CarriedForces
         Room.
     cursor : (4,) array of int
         Window, samples of it that are done, piece, and steps around switchings in the window
@@ -368,7 +368,7 @@ def walk_windows(
             reached = _walk(
                 machine, store, analytic, tableau, pieces, cursor[2],
                 -(-(here + rows - 1) * stride // span), stride, span, here - row, sample,
-                tolerance, series, room, carried, work, motion, accelerations, stats, patience,
+                tolerance, series, room, forces, work, motion, accelerations, stats, patience,
                 nudges, held_until(nudges, first),
             )  # fmt: skip
             cursor[3] += int(stats[3] - steps)

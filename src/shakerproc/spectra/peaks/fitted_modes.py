@@ -230,38 +230,38 @@ def _with_further_mode(
     spectra: CrossSpectra,
     data: PeakData,
     shape: SmearedModes,
-    found: FittedModes,
+    fitted: FittedModes,
     maxima: IndexArray,
 ) -> FittedModes | None:
     """Return a reading with one more mode if the information criterion falls, else None."""
-    values = data.values[shape.bins] - found.chance.bias
+    values = data.values[shape.bins] - fitted.chance.bias
     trials = []
-    for place in _candidates(shape.bins, found, maxima):
+    for place in _candidates(shape.bins, fitted, maxima):
         frequency = float(spectra.frequency[place])
         ratio = spectra.bin_width / frequency
         trial = fit_modes(
             shape,
             values,
-            found.errors,
-            np.append(found.fit.frequency, frequency),
-            np.append(found.fit.ratio, ratio),
+            fitted.errors,
+            np.append(fitted.fit.frequency, frequency),
+            np.append(fitted.fit.ratio, ratio),
         )
         if trial.converged:
             trials.append(trial)
     if not trials:
         return None
     best = min(trials, key=lambda trial: trial.squares)
-    more = FittedModes(shape, best, found.chance, found.covariance, found.errors)
-    gained = (found.fit.squares - best.squares) / max(1.0, more.scale)
-    if gained <= 2.0 * (more.followed - found.followed):
+    more = FittedModes(shape, best, fitted.chance, fitted.covariance, fitted.errors)
+    gained = (fitted.fit.squares - best.squares) / max(1.0, more.scale)
+    if gained <= 2.0 * (more.followed - fitted.followed):
         return None
     settled = _refitted(spectra, data, shape, best)
     return settled if settled.fit.converged else None
 
 
-def _candidates(bins: IndexArray, found: FittedModes, maxima: IndexArray) -> Iterator[int]:
+def _candidates(bins: IndexArray, fitted: FittedModes, maxima: IndexArray) -> Iterator[int]:
     """Yield where another mode may be: at the largest misfit, at the peaks beside the bins."""
-    missed = np.sum(found.fit.residual.reshape(-1, bins.size) ** 2, axis=0)
+    missed = np.sum(fitted.fit.residual.reshape(-1, bins.size) ** 2, axis=0)
     yield int(bins[int(np.argmax(missed))])
     below, above = maxima[maxima < bins[0]], maxima[maxima > bins[-1]]
     if below.size:

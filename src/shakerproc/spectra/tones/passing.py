@@ -323,16 +323,16 @@ def _fitted(passage: _Passage) -> "scipy.optimize.OptimizeResult":
     )
 
 
-def _half_width(found: "scipy.optimize.OptimizeResult", n_points: int) -> float:
+def _half_width(fit: "scipy.optimize.OptimizeResult", n_points: int) -> float:
     """Return the half-width of the 95 % interval of ln zeta [-].
 
     Windows overlap by half: of their errors, two are worth one. The rate changes on the way
     through the peak: an error of first order in its width, which adds zeta.
     """
-    slopes = np.asarray(found.jac, dtype=np.float64)
-    power = 2.0 * float(found.cost) / max(1.0, n_points - 5.0)
+    slopes = np.asarray(fit.jac, dtype=np.float64)
+    power = 2.0 * float(fit.cost) / max(1.0, n_points - 5.0)
     spread = power * float(np.linalg.pinv(slopes.T @ slopes)[1, 1])
-    return NORMAL * float(np.sqrt(2.0 * spread)) + float(np.exp(found.x[1]))
+    return NORMAL * float(np.sqrt(2.0 * spread)) + float(np.exp(fit.x[1]))
 
 
 def _flanks(height: FloatArray, peak: int) -> tuple[int, int]:

@@ -84,7 +84,7 @@ class ForceLaw(AbstractKind):
         return JobFinding({"displacement_m": z, "force_n": force}, quantities)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines = tuple(
             StudyLine(
@@ -94,17 +94,17 @@ class ForceLaw(AbstractKind):
                 "line",
                 i,
             )
-            for i, (job, one) in enumerate(zip(jobs, found, strict=True))
+            for i, (job, one) in enumerate(zip(jobs, tables, strict=True))
         )
         load = study.option("load", 0.0)
-        ends = found[0]["displacement_m"][[0, -1]].astype(np.float64)
+        ends = tables[0]["displacement_m"][[0, -1]].astype(np.float64)
         levels = tuple(
             StudyLine(ends, np.full(2, side * load), "load" if side > 0.0 else "", "dashed", 6)
             for side in (1.0, -1.0)
             if load > 0.0
         )
         return Drawing(
-            columns=_numbered(found),
+            columns=_numbered(tables),
             panels=(StudyPanel("displacement [m]", "force [N]", lines + levels),),
             method="the force law itself",
         )
@@ -173,17 +173,17 @@ class ResponseKind(AbstractKind):
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines: list[StudyLine] = []
-        for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
+        for i, (job, one) in enumerate(zip(jobs, tables, strict=True)):
             lines += _response_lines(one, label_of(study, job), i)
-        severities = [float(one["force_over_ka"][0]) for one in found]
+        severities = [float(one["force_over_ka"][0]) for one in tables]
         method = f"harmonic balance, {study.option('harmonics', 31):g} harmonics"
         if np.isfinite(severities).any():
             method += f"; F / (k a) = {', '.join(f'{s:.4g}' for s in severities)}"
         return Drawing(
-            columns=_numbered(found),
+            columns=_numbered(tables),
             panels=(
                 StudyPanel(
                     "frequency [Hz]", "largest displacement [m]", tuple(lines), log_y=True
@@ -240,7 +240,7 @@ class BackboneKind(AbstractKind):
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines = tuple(
             StudyLine(
@@ -250,10 +250,10 @@ class BackboneKind(AbstractKind):
                 "line",
                 i,
             )
-            for i, (job, one) in enumerate(zip(jobs, found, strict=True))
+            for i, (job, one) in enumerate(zip(jobs, tables, strict=True))
         )
         return Drawing(
-            columns=_numbered(found),
+            columns=_numbered(tables),
             panels=(StudyPanel("amplitude [m]", "frequency of free motion [Hz]", lines),),
             method=f"harmonic balance, {study.option('harmonics', 31):g} harmonics",
         )
@@ -325,12 +325,12 @@ def _reached(z: FloatArray, force: FloatArray, load: float) -> float:
     return float(x[0] + (x[1] - x[0]) * (load - y[0]) / (y[1] - y[0]))
 
 
-def _numbered(found: Sequence[Columns]) -> Columns:
+def _numbered(tables: Sequence[Columns]) -> Columns:
     """Return the columns of all jobs one below the other, with the number of the job."""
-    sizes = [next(iter(one.values())).size for one in found]
+    sizes = [next(iter(one.values())).size for one in tables]
     return {
-        "run": np.repeat(np.arange(len(found)), sizes),
-        **{name: np.concatenate([one[name] for one in found]) for name in found[0]},
+        "run": np.repeat(np.arange(len(tables)), sizes),
+        **{name: np.concatenate([one[name] for one in tables]) for name in tables[0]},
     }
 
 

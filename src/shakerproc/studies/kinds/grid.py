@@ -87,7 +87,7 @@ class Grid(AbstractKind):
         return JobFinding(columns, quantities, finest)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         columns: dict[str, NDArray[np.generic]] = {
             column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
@@ -96,7 +96,7 @@ class Grid(AbstractKind):
         if any(TEMPERATURE in variation.places for variation in study.vary):
             models = [job.model for job in jobs if job.model is not None]
             columns["clearance_m"] = np.array([clearance_of(model) for model in models])
-        columns |= {name: np.concatenate([f[name] for f in found]) for name in found[0]}
+        columns |= {name: np.concatenate([f[name] for f in tables]) for name in tables[0]}
         widths = columns["bin_width_hz"].astype(np.float64)
         method = in_words(study.measure, float(np.max(widths)))
         return Drawing(

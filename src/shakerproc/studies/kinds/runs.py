@@ -101,10 +101,10 @@ class MotionKind(AbstractKind):
         return JobFinding(columns, values, errors)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         history, plane = [], []
-        for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
+        for i, (job, one) in enumerate(zip(jobs, tables, strict=True)):
             step = max(1, one["time_s"].size // MOST_SHOWN)
             time, x, v = (
                 one[name][::step].astype(np.float64)
@@ -112,11 +112,11 @@ class MotionKind(AbstractKind):
             )
             history.append(StudyLine(time, x, label_of(study, job), "line", i))
             plane.append(StudyLine(x, v, "", "line", i))
-        growth = float(np.max([one["growth"][0] for one in found]))
+        growth = float(np.max([one["growth"][0] for one in tables]))
         return Drawing(
             {
-                "run": np.repeat(np.arange(len(found)), [f["time_s"].size for f in found]),
-                **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+                "run": np.repeat(np.arange(len(tables)), [f["time_s"].size for f in tables]),
+                **{name: np.concatenate([f[name] for f in tables]) for name in tables[0]},
             },
             (
                 StudyPanel("time [s]", "displacement [m]", tuple(history)),
@@ -167,18 +167,18 @@ class Bifurcation(AbstractKind):
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         variation = study.vary[-1]
-        counts = [one["displacement_m"].size for one in found]
+        counts = [one["displacement_m"].size for one in tables]
         x = np.repeat([job.values[-1] for job in jobs], counts)
-        y = np.concatenate([one["displacement_m"] for one in found]).astype(np.float64)
+        y = np.concatenate([one["displacement_m"] for one in tables]).astype(np.float64)
         unit = "" if variation.unit == "1" else f" [{variation.unit}]"
         return Drawing(
             columns={
                 column_of(variation.name, variation.unit): x,
                 "displacement_m": y,
-                "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in found]),
+                "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in tables]),
             },
             panels=(
                 StudyPanel(
@@ -227,16 +227,16 @@ class Poincare(AbstractKind):
         return JobFinding(columns, _period_sentence(x, v, growth))
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         panels = []
-        for job, one in zip(jobs, found, strict=True):
+        for job, one in zip(jobs, tables, strict=True):
             for phase in np.unique(one["phase_deg"].astype(np.float64)):
                 panels.append(_map(study, job, one, float(phase)))
         return Drawing(
             columns={
-                "run": np.repeat(np.arange(len(found)), [f["phase_deg"].size for f in found]),
-                **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+                "run": np.repeat(np.arange(len(tables)), [f["phase_deg"].size for f in tables]),
+                **{name: np.concatenate([f[name] for f in tables]) for name in tables[0]},
             },
             panels=tuple(panels),
             method=(
@@ -337,10 +337,10 @@ class Spectra(AbstractKind):
         return JobFinding(columns, values, {**finest, **errors})
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines = []
-        for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
+        for i, (job, one) in enumerate(zip(jobs, tables, strict=True)):
             width = float(one["bin_width_hz"][0])
             density = Spectrum(
                 one["frequency_hz"].astype(np.float64), one["density"].astype(np.float64), width
@@ -351,10 +351,10 @@ class Spectra(AbstractKind):
             lines.append(
                 StudyLine(density.frequency[1:], density.density[1:], named, "line", i)
             )
-        width = float(np.max(found[0]["bin_width_hz"].astype(np.float64)))
+        width = float(np.max(tables[0]["bin_width_hz"].astype(np.float64)))
         columns = {
-            "run": np.repeat(np.arange(len(found)), [f["density"].size for f in found]),
-            **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+            "run": np.repeat(np.arange(len(tables)), [f["density"].size for f in tables]),
+            **{name: np.concatenate([f[name] for f in tables]) for name in tables[0]},
         }
         panel = StudyPanel(
             "frequency [Hz]", f"PSD [{UNITS[study.measure.of]}]", tuple(lines), log_y=True
@@ -415,9 +415,9 @@ class SpectrogramKind(AbstractKind):
         return JobFinding(columns, {**ridge, **told}, finest)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
-        columns = found[0]
+        columns = tables[0]
         time = np.unique(columns["time_s"].astype(np.float64))
         frequency = np.unique(columns["frequency_hz"].astype(np.float64))
         density = columns["density"].astype(np.float64).reshape(frequency.size, time.size)

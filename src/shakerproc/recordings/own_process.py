@@ -148,7 +148,7 @@ def _slice(kept: list[Any], request: Buffer) -> tuple[Buffer, ...]:
 LONGEST_S: Final = 60.0
 """An answer that takes longer is given up [s]; the first of a process takes a third."""
 
-_SERVE: Final = "from shakerproc.recordings.apart import serve; serve()"
+_SERVE: Final = "from shakerproc.recordings.own_process import serve; serve()"
 
 _ALONE: Final = dict.fromkeys(("OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
 """No threads: a fork has none of them."""
