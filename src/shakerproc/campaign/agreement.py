@@ -616,15 +616,15 @@ def _missing(runs: Path, judged: set[str]) -> dict[str, str]:
     """Return why tests were not judged: those that failed, and whose flags say so."""
     if not runs.is_file():
         return {}
-    found = {}
+    texts = {}
     for row in read_table(runs).rows:
         if row["test"] in judged:
             continue
         if row.get("status") == "failed":
-            found[row["test"]] = row.get("error") or "it failed"
+            texts[row["test"]] = row.get("error") or "it failed"
         elif "profile" in (row.get("flags") or "").split("; "):
-            found[row["test"]] = "no channel, or no value, that the profile is about"
-    return found
+            texts[row["test"]] = "no channel, or no value, that the profile is about"
+    return texts
 
 
 def expired_notes(table: Path) -> list[str]:

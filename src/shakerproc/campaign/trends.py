@@ -246,8 +246,8 @@ def trend_over(
         str(p.x),
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
-    told = [*remarks_on_trend(taken), *_jumps(ordered, taken)]
-    caption = " ".join([request.caption, ending.format(_how(taken)), *told])
+    sentences = [*remarks_on_trend(taken), *_jumps(ordered, taken)]
+    caption = " ".join([request.caption, ending.format(_how(taken)), *sentences])
     if left_out:
         caption += f" Left out: {'; '.join(left_out)}."
     return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
@@ -421,7 +421,7 @@ the series."""
 
 def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
     """Return the trends of each mode that is seen in several tests, by its number from 1."""
-    found = {}
+    columns = {}
     for number, track in enumerate(analysis.tracks, 1):
         seen = seen_of(analysis, track)
         requests = [*standard_trends(seen), *(_request(*one) for one in FURTHER.items())]
@@ -431,8 +431,8 @@ def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
         ]
         kept = {trend.name: trend for trend in drawn if trend is not None}
         if kept:
-            found[number] = list(kept.values())
-    return found
+            columns[number] = list(kept.values())
+    return columns
 
 
 def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
@@ -451,13 +451,15 @@ def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
 def seen_of(analysis: ModalAnalysis, track: Track) -> list[TrendValue]:
     """Return the frequency of a mode in every test, and how far its interval reaches."""
     modes = {sighting.test: sighting.mode for sighting in track.sightings}
-    found = []
+    trend_values = []
     for place, one in enumerate(analysis.tests):
         mode = modes.get(place)
         low, high = (0.0, 0.0) if mode is None else one.modes.frequency_bounds[:, mode]
         frequency = None if mode is None else float(one.modes.frequency[mode])
-        found.append(TrendValue(one.name, _facts(analysis, one), frequency, float(high - low)))
-    return found
+        trend_values.append(
+            TrendValue(one.name, _facts(analysis, one), frequency, float(high - low))
+        )
+    return trend_values
 
 
 def _facts(analysis: ModalAnalysis, one: TestModes) -> Mapping[str, Value]:

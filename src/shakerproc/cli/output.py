@@ -329,11 +329,11 @@ def progress(what: str, total: int) -> Iterator[Callable[[str], None]]:
     A line comes where `TELL_EVERY` has passed since the last, so that a quick command has none.
     """
     if not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
-        told = [time.monotonic()]
+        sentences = [time.monotonic()]
 
         def say(text: str) -> None:
-            if time.monotonic() - told[0] >= TELL_EVERY:
-                told[0] = time.monotonic()
+            if time.monotonic() - sentences[0] >= TELL_EVERY:
+                sentences[0] = time.monotonic()
                 message(f"{what}: {text}")
 
         yield say

@@ -247,17 +247,17 @@ def _tables(path: Path, lines: list[str]) -> tuple[FloatArray, dict[str, FloatAr
 
 def _rows(lines: list[str], after: int) -> list[list[float]]:
     """Return the first rows of numbers behind a line, up to the blank one that ends them."""
-    found: list[list[float]] = []
+    rows: list[list[float]] = []
     for line in lines[after + 1 :]:
         try:
             numbers = [float(word) for word in line.split()]
         except ValueError:
             continue
         if numbers:
-            found.append(numbers)
-        elif found:
+            rows.append(numbers)
+        elif rows:
             break
-    return found
+    return rows
 
 
 def _numbers_of(lines: bytes, start: int, width: int, columns: int) -> FloatArray:

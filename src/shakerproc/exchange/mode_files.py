@@ -96,17 +96,17 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
     """
     if len(row) != len(header):
         raise ExchangeError(f"{path.name}:{line}: {len(row)} values for {len(header)} columns")
-    found = []
+    values = []
     for name, text in zip(header, row, strict=True):
         try:
-            found.append(float(text))
+            values.append(float(text))
         except ValueError:
-            found.append(math.nan)
-        if not math.isfinite(found[-1]):
+            values.append(math.nan)
+        if not math.isfinite(values[-1]):
             raise ExchangeError(
                 f"{path.name}:{line}: expected a number for {name!r}, got {text!r}"
             )
-    return found
+    return values
 
 
 def _read_uff(path: Path) -> ModeTable:

@@ -108,15 +108,15 @@ def plate_frequency(
 
 
 def _roots(function: Callable[[float], float], step: float, count: int) -> list[float]:
-    found: list[float] = []
+    values: list[float] = []
     left, value = 0.5, function(0.5)
-    while len(found) < count:
+    while len(values) < count:
         right = left + step
         after = function(right)
         if np.sign(value) != np.sign(after):
-            found.append(float(brentq(function, left, right, xtol=1e-14, rtol=1e-14)))
+            values.append(float(brentq(function, left, right, xtol=1e-14, rtol=1e-14)))
         left, value = right, after
-    return found
+    return values
 
 
 def _determinant(value: float, ratio: float, poisson: float, n: int) -> float:

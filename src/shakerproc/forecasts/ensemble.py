@@ -278,10 +278,10 @@ def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> TestMotion:
     SimulationError
         If it runs away.
     """
-    found = drives.motion(0, numbers.model, numbers.gain, 1.0)
-    if found is None:
+    test_motion = drives.motion(0, numbers.model, numbers.gain, 1.0)
+    if test_motion is None:
         raise SimulationError(_runs_away(numbers, drives.planned, "with its fitted numbers"))
-    return found
+    return test_motion
 
 
 def _runs_away(numbers: FittedNumbers, planned: Planned, where: str) -> str:

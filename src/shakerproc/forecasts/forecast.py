@@ -563,40 +563,40 @@ def _linear(
     part = slice(run.measured.start, run.measured.stop)
     besides = samples_besides(model, run.motion)
     louder = drive / drive_rms(run.measured)
-    found = {}
+    values = {}
     for quantity in spreads:
         if quantity.whose == "response":
             scale = 1.0 if quantity.what == "peak_frequency_hz" else louder
-            found[quantity] = scale * run.values[quantity]
+            values[quantity] = scale * run.values[quantity]
         elif quantity in besides:
-            found[quantity] = ratio * largest_in(besides[quantity][part])
-    return found
+            values[quantity] = ratio * largest_in(besides[quantity][part])
+    return values
 
 
 def _conditions_beyond(evidence: ModelEvidence, test: Test) -> list[str]:
     """Return that a planned test is at a condition beyond those that were run, for each."""
-    found, said = [], stated(test)
+    texts, said = [], stated(test)
     for scale in evidence.numbers.model.scales:
         run = [scale.share(one.measured.conditions) for one in evidence.runs]
         share = scale.share(said)
         if not min(run) * (1.0 - OUTSIDE) <= share <= max(run) * (1.0 + OUTSIDE):
-            found.append(
+            texts.append(
                 f"test {test.id} is at a {scale.condition} of {said.values[scale.condition]}, "
                 "which no test was run at or beyond; its bands hold if force goes on "
                 "in proportion"
             )
-    return found
+    return texts
 
 
 def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str, ...]:
-    found = []
+    texts = []
     if evidence.numbers.untold:
         names = ", ".join(evidence.numbers.untold)
-        found.append(f"no test tells {names}: the bands are as wide as that leaves them")
+        texts.append(f"no test tells {names}: the bands are as wide as that leaves them")
     missed = [one for one in evidence.errors if one.distance_db and one.of_model.is_unexplained]
     if missed:
         worst = max((one.of_model for one in missed), key=lambda one: abs(one.error_db))
-        found.append(
+        texts.append(
             f"the model misses levels that were run by up to {numeral(abs(worst.error_db), 2)} "
             f"dB ({worst.quantity.name}, test {worst.test}), more than its numbers leave open: "
             "ask diagnose what it lacks; responses are carried on from the nearest level, and "
@@ -604,14 +604,14 @@ def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str,
         )
     for one in tests:
         if one.distance_db > FAR_DB:
-            found.append(
+            texts.append(
                 f"test {one.planned.test.id} is {numeral(one.distance_db)} dB above what was "
                 "run: its bands hold only if nothing new happens in between; run a level there"
             )
-        found += _conditions_beyond(evidence, one.planned.test)
+        texts += _conditions_beyond(evidence, one.planned.test)
         if one.made.failed:
-            found.append(
+            texts.append(
                 f"test {one.planned.test.id}: the motion ran away in {one.made.failed} draws "
                 "of the numbers, which are left out"
             )
-    return tuple(found)
+    return tuple(texts)

@@ -59,14 +59,14 @@ def decibels(ratio: float) -> float:
 
 def grouped(tests: Sequence[Measured]) -> list[list[Measured]]:
     """Return the tests of each level, the lowest level first."""
-    found: list[list[Measured]] = []
+    rows: list[list[Measured]] = []
     for test in sorted(tests, key=amplitude_of_measured):
         here = amplitude_of_measured(test)
-        first = amplitude_of_measured(found[-1][0]) if found else 0.0
+        first = amplitude_of_measured(rows[-1][0]) if rows else 0.0
         if not first or decibels(here / first) > ONE_LEVEL_DB:
-            found.append([])
-        found[-1].append(test)
-    return found
+            rows.append([])
+        rows[-1].append(test)
+    return rows
 
 
 def kind_of(model: Model, test: Test, conditions: Conditions) -> Kind:

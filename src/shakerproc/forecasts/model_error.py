@@ -146,12 +146,12 @@ def freed(
     same_drive : bool
         Whether these are driven alike.
     """
-    near, found = mean_errors(nearest), []
+    near, freed_errors = mean_errors(nearest), []
     for one in errors:
         there = near.get(one.quantity, np.zeros_like(one.alone_db))
         share = carried_share(there, one.alone_db, same_drive=same_drive)
-        found.append(replace(one, drawn_db=one.alone_db - share * there))
-    return found
+        freed_errors.append(replace(one, drawn_db=one.alone_db - share * there))
+    return freed_errors
 
 
 def mean_errors(errors: Sequence[LevelError]) -> dict[Quantity, FloatArray]:
@@ -308,12 +308,14 @@ def level_errors(
         )
         every.append({} if motion is None else _predicted(motion, model, measured))
     distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
-    found = []
+    level_errors = []
     for quantity, value in run.values.items():
         ratios = np.array([one.get(quantity, np.nan) for one in every]) / value
         errors = 20.0 * np.log10(ratios)
-        found.append(LevelError(measured.name, quantity, value, distance, errors, errors))
-    return found
+        level_errors.append(
+            LevelError(measured.name, quantity, value, distance, errors, errors)
+        )
+    return level_errors
 
 
 def _predicted(motion: TestMotion, model: Model, measured: Measured) -> dict[Quantity, float]:

@@ -116,12 +116,12 @@ def _table(
     length = scipy.fft.next_fast_len(2 * drive.size, real=True)
     omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / rate)
     spectrum = scipy.fft.rfft(in_band(drive, rate, band), length)
-    found: list[tuple[What, FloatArray, str]] = []
+    rows: list[tuple[What, FloatArray, str]] = []
     for order, (what, unit) in enumerate(_OF_TABLE):
         divisor = np.maximum(omega, omega[1]) ** order
         samples = scipy.fft.irfft(spectrum / (1j**order * divisor), length)[: drive.size]
-        found.append((what, samples, model.unit_of(unit)))
-    return tuple(found)
+        rows.append((what, samples, model.unit_of(unit)))
+    return tuple(rows)
 
 
 @final
@@ -161,7 +161,7 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
     before, after : TestMotion
         At the highest level that was run, and at the one that is forecast.
     """
-    found = []
+    texts = []
     for pair, there in after.joints.items():
         here = before.joints[pair]
         own = [one for one in resolved(model) if set(one.between) == set(pair)]
@@ -175,15 +175,15 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
                 moved.append(f"{name} {(other - one) / abs(one):+.0%}")
         if told or moved:
             clauses = [*told, *([f"effective {' and '.join(moved)}"] if moved else [])]
-            found.append(f"joint {'-'.join(pair)}: {', '.join(clauses)}")
-    return found
+            texts.append(f"joint {'-'.join(pair)}: {', '.join(clauses)}")
+    return texts
 
 
 def _of_laws(
     elements: Sequence[Element], pair: tuple[str, str], here: JointHistory, there: JointHistory
 ) -> list[str]:
     """Return how the laws of a joint differ, by their kinds."""
-    found = []
+    texts = []
     for element in elements:
         effect, turn = element.effect, 1.0 if element.between == pair else -1.0
         name = effect.kind.replace("_", " ")
@@ -198,10 +198,10 @@ def _of_laws(
                     if was == 0.0
                     else f"of the time there and {numeral(100 * now, 2)} % here"
                 )
-                found.append(f"the {name} {closed}{rest}")
+                texts.append(f"the {name} {closed}{rest}")
         elif Law.FRICTION in laws or not isinstance(effect, AbstractMemorylessEffect):
-            found.append(f"the {name} slips further")
-    return found
+            texts.append(f"the {name} slips further")
+    return texts
 
 
 def _beyond(walls: Sequence[float], displacement: FloatArray) -> float:

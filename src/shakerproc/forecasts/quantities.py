@@ -204,12 +204,12 @@ def values_of_motion(
     shaker_mass : float, optional
         Mass that the shaker moves besides the model; None where it is not known [kg].
     """
-    found: dict[Quantity, float] = {}
+    values: dict[Quantity, float] = {}
     for (name, samples), spectrum in zip(motion.responses.items(), spectra, strict=True):
         unit = model.sensor_unit(model.sensors[name])
-        found |= values_of_response(name, unit, samples, spectrum, largest)
+        values |= values_of_response(name, unit, samples, spectrum, largest)
     others = samples_besides(model, motion, shaker_mass)
-    return found | {quantity: largest(samples) for quantity, samples in others.items()}
+    return values | {quantity: largest(samples) for quantity, samples in others.items()}
 
 
 def samples_besides(
@@ -219,19 +219,19 @@ def samples_besides(
 
     `shaker_mass` is the mass that the shaker moves besides the model [kg].
     """
-    found: dict[Quantity, FloatArray] = {}
+    arrays: dict[Quantity, FloatArray] = {}
     metre, newton = model.unit_of("m"), model.unit_of("N")
     for pair, joint in motion.joints.items():
         name = "-".join(pair)
-        found[Quantity("joint", name, "displacement", metre)] = joint.displacement
-        found[Quantity("joint", name, "force", newton)] = joint.force
+        arrays[Quantity("joint", name, "displacement", metre)] = joint.displacement
+        arrays[Quantity("joint", name, "force", newton)] = joint.force
     into = _force_into(model, motion)
-    found[Quantity("force", "", "force", newton)] = into
+    arrays[Quantity("force", "", "force", newton)] = into
     for what, samples, unit in motion.table:
-        found[Quantity("shaker", "", what, unit)] = samples
+        arrays[Quantity("shaker", "", what, unit)] = samples
         if what == "acceleration" and shaker_mass is not None:
-            found[Quantity("shaker", "", "force", newton)] = shaker_mass * samples - into
-    return found
+            arrays[Quantity("shaker", "", "force", newton)] = shaker_mass * samples - into
+    return arrays
 
 
 def samples_of(

@@ -228,8 +228,8 @@ def _systems(
                 others += 1
             else:
                 systems[int(head[0])] = system
-    told = f"{others} coordinate systems are not Cartesian: their nodes are taken as global"
-    return systems, [told] * bool(others)
+    text = f"{others} coordinate systems are not Cartesian: their nodes are taken as global"
+    return systems, [text] * bool(others)
 
 
 def _system(values: Sequence[float]) -> _System | None:

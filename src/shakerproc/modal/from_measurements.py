@@ -181,19 +181,19 @@ def analyse_log(
     if against is not None:
         other, more = against
         jobs += _jobs(other, more, other.modal, f"{other.path.stem}:")
-    found: list[TestModes] = []
+    modes: list[TestModes] = []
     failed: list[tuple[str, str]] = []
     for owner, group, wanted, name in jobs:
         try:
-            found.append(replace(analyse_joint(owner, group, wanted), name=name))
+            modes.append(replace(analyse_joint(owner, group, wanted), name=name))
         except ShakerprocError as error:
             failed.append((name, str(error)))
         for test in group:
             progress(str(test.id))
-    tracks = tracks_of([one.modes for one in found], [one.sensor_names for one in found])
-    pairs = reciprocals_of(found)
-    notes = (*_unequal(found), *(pair.problem for pair in pairs if pair.problem))
-    return ModalAnalysis(log.title, tuple(found), tracks, tuple(failed), notes, pairs)
+    tracks = tracks_of([one.modes for one in modes], [one.sensor_names for one in modes])
+    pairs = reciprocals_of(modes)
+    notes = (*_unequal(modes), *(pair.problem for pair in pairs if pair.problem))
+    return ModalAnalysis(log.title, tuple(modes), tracks, tuple(failed), notes, pairs)
 
 
 def _jobs(

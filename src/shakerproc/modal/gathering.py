@@ -113,11 +113,11 @@ def remarks_of(
     wireframe: Wireframe | None = None,
 ) -> list[str]:
     """Return the obstacles to more modes, a sentence each; `places` is how to say positions."""
-    found = []
+    texts = []
     if incomplete:
-        found.append("the recording was cut short: its complete part was used")
+        texts.append("the recording was cut short: its complete part was used")
     if len(sensors) == 1:
-        found.append(
+        texts.append(
             "one response only: modes have no shape, and modes that are close are told apart "
             "by frequency alone; MAC needs two sensors or more"
         )
@@ -128,12 +128,12 @@ def remarks_of(
     ]
     if without and len(sensors) > 1:
         named = ", ".join(without[:6]) + (" and more" if len(without) > 6 else "")
-        found.append(
+        texts.append(
             f"no position for {named}: shapes are drawn over the sensors' order; {places}"
         )
     elif wireframe is not None and len(sensors) > 1:
-        found += _unmeasured(sensors, positions, wireframe)
-    found += [
+        texts += _unmeasured(sensors, positions, wireframe)
+    texts += [
         f"modes at {first:.5g} and {second:.5g} Hz have one shape and lie within their widths: "
         "a resonance that a nonlinearity bends looks like two. Compare levels, or say how many "
         f"there are (modal: {{modes: {modes.poles.size - 1}}})"
@@ -142,39 +142,39 @@ def remarks_of(
     if modes.model is not None and modes.poles.size:
         left = float(np.max(modes.model.unexplained))
         if left > MUCH_LEFT:
-            found.append(
+            texts.append(
                 f"residual rms of up to {left:.0%} of a response: noise, a "
                 "nonlinearity or an input that was not measured; look at the coherence"
             )
     if not modes.poles.size:
-        found.append(
+        texts.append(
             "no pole stays over the orders: no mode found. Look at the coherence, widen the "
             "band, take a longer record, or name poles under modal: {keep: [...]}"
         )
-    return found
+    return texts
 
 
 def _unmeasured(
     sensors: Sequence[Channel], positions: Sequence[Place | None], wireframe: Wireframe
 ) -> list[str]:
     """Return the parts of a geometry that no sensor moves, and sensors beside it."""
-    told = [f"geometry: {note}" for note in wireframe.notes]
+    sentences = [f"geometry: {note}" for note in wireframe.notes]
     if not wireframe.edges:
-        return told
+        return sentences
     where = np.array([wireframe.nodes[node] for node in wireframe.used])
     seats = np.array(positions, float)
     apart = np.linalg.norm(where[:, np.newaxis] - seats, axis=-1) > NEAR
     alone = [s.name for s, lost in zip(sensors, apart.all(axis=0), strict=True) if lost]
     if alone:
-        told.append(
+        sentences.append(
             f"geometry: {', '.join(alone[:6])} sit at no node of it: drawn without lines"
         )
     if still := int(apart.all(axis=1).sum()):
-        told.append(
+        sentences.append(
             f"geometry: {still} of {len(where)} nodes have no sensor: lines to them are drawn "
             f"at rest"
         )
-    return told
+    return sentences
 
 
 def twins_of(modes: ModeSet) -> list[tuple[float, float]]:

@@ -76,10 +76,10 @@ class Geometry:
 
     def labels(self, names: Sequence[str]) -> dict[int, str]:
         """Return the names of the sensors by their place, those of one place together."""
-        found: dict[int, list[str]] = {}
+        columns: dict[int, list[str]] = {}
         for place, name in zip(self.seats, names, strict=True):
-            found.setdefault(place, []).append(name)
-        return {place: ", ".join(here) for place, here in found.items()}
+            columns.setdefault(place, []).append(name)
+        return {place: ", ".join(here) for place, here in columns.items()}
 
     def fitting(self, labels: Mapping[int, str], letter: tuple[float, float]) -> dict[int, str]:
         """Return the labels that find room, in their order.

@@ -114,12 +114,12 @@ def identify_records(
     more = _of_parts(lines, driven, outputs)
     # poles of one resonance that moves are told from modes where parts of the record differ
     own = parts_of(*records[0], sample_rate, settings.band) if len(records) == 1 else []
-    found = _modes(lines, diagram, more, settings, "input and response spectra", parts=own)
+    mode_set = _modes(lines, diagram, more, settings, "input and response spectra", parts=own)
     if len(records) > 1:
-        return with_scatter(found, parts)
+        return with_scatter(mode_set, parts)
     if len(own) < N_PARTS[0]:  # two or four say little of scatter
-        return found
-    return replace(with_scatter(found, own, PARTS), scatter=None)
+        return mode_set
+    return replace(with_scatter(mode_set, own, PARTS), scatter=None)
 
 
 def identify_functions(

@@ -301,7 +301,7 @@ def _correlations(samples: FloatArray, n_lags: int) -> FloatArray:
     """Return sums of y(t + k) y(t)^T over the t of each block, (blocks, lags, n, n)."""
     n, length = samples.shape
     size = (length - n_lags) // BLOCKS
-    found = np.empty((BLOCKS, n_lags, n, n))
+    values = np.empty((BLOCKS, n_lags, n, n))
     for block in range(BLOCKS):
         start = block * size
         now = samples[:, start : start + size]
@@ -309,8 +309,8 @@ def _correlations(samples: FloatArray, n_lags: int) -> FloatArray:
         padded = scipy.fft.next_fast_len(size + 2 * n_lags, real=True)
         first, second = scipy.fft.rfft(now, padded), scipy.fft.rfft(later, padded)
         product = second[:, np.newaxis] * first.conj()[np.newaxis]
-        found[block] = np.moveaxis(scipy.fft.irfft(product, padded)[..., :n_lags], -1, 0)
-    return found
+        values[block] = np.moveaxis(scipy.fft.irfft(product, padded)[..., :n_lags], -1, 0)
+    return values
 
 
 def _subspace(correlation: FloatArray, n_rows: int, interval: float) -> _Subspace:

@@ -121,7 +121,7 @@ def read_structures(document: Document[ModelSchema]) -> dict[str, Structure]:
     DocumentError
         If one is no structure, or two places have one name; with line and column.
     """
-    found: dict[str, Structure] = {}
+    structures: dict[str, Structure] = {}
     owner = dict.fromkeys(document.value.masses, "a mass") | {BASE: "the shaker table"}
     for name, said in document.value.structures.items():
         where = ("structures", name)
@@ -137,8 +137,8 @@ def read_structures(document: Document[ModelSchema]) -> dict[str, Structure]:
                     f"places are unique in a model",
                 )
         owner |= dict.fromkeys(one.points, f"a point of {name}")
-        found[name] = one
-    return found
+        structures[name] = one
+    return structures
 
 
 def check_driven(

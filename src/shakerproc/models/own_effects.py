@@ -132,9 +132,9 @@ def failing(where: str) -> Iterator[None]:
         raise
     except Exception as error:
         line = _line_of(error)
-        told = " ".join(str(error).split()) or type(error).__name__
+        text = " ".join(str(error).split()) or type(error).__name__
         raise ModelError(
-            f"{where}{line}: {type(error).__name__}: {told}. Correct it, or leave it out."
+            f"{where}{line}: {type(error).__name__}: {text}. Correct it, or leave it out."
         ) from error
 
 
@@ -338,5 +338,5 @@ def jumps(law: Callable[[FloatArray], FloatArray], largest: float) -> FloatArray
         left = np.abs(at_middle - at_low) >= np.abs(at_high - at_middle)
         low, at_low = np.where(left, low, middle), np.where(left, at_low, at_middle)
         high, at_high = np.where(left, middle, high), np.where(left, at_middle, at_high)
-    found: FloatArray = np.unique(high[np.abs(at_high - at_low) > JUMP * max(scale, 1e-300)])
-    return found
+    values: FloatArray = np.unique(high[np.abs(at_high - at_low) > JUMP * max(scale, 1e-300)])
+    return values

@@ -202,8 +202,8 @@ class ModelJoint(AbstractJoint):
         omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequency, float))[:, None, None]
         dynamic = self.stiffness + 1j * omega * self.damping - omega**2 * self.mass
         load = np.broadcast_to(self.load[:, None], (len(omega), self.load.size, 1))
-        found: ComplexArray = np.linalg.solve(dynamic, load)[..., 0] @ self.direction
-        return found.reshape(np.shape(frequency))
+        values: ComplexArray = np.linalg.solve(dynamic, load)[..., 0] @ self.direction
+        return values.reshape(np.shape(frequency))
 
     def modes(self) -> tuple[JointMode, ...]:
         n = self.load.size

@@ -140,17 +140,17 @@ def _about_sweep(test: Test, shaken: AbstractInput, modes: list[JointMode]) -> I
 
 def _about_unknown_damping(test: Test, shaken: AbstractInput) -> Iterator[str]:
     """Say from which Q on the peaks of a sweep are low, where no model says the damping."""
-    told = []
+    sentences = []
     for frequency in (shaken.low, shaken.high):
         rate = rate_at(test, frequency)
         if rate is None or frequency <= 0.0:
             return
         # The fastest rate is as the square of the width: 1 Hz wide at 100 Hz is the measure.
         ratio = 0.01 * 100.0 / frequency * (rate / fastest_rate(100.0, 0.01)) ** 0.5
-        told.append(f"{numeral(0.5 / ratio, 2)} at {numeral(frequency, 4)} Hz")
+        sentences.append(f"{numeral(0.5 / ratio, 2)} at {numeral(frequency, 4)} Hz")
     yield (
         f"the sweep shows peaks more than {100.0 * (1.0 - ENOUGH):.0f} % too low from Q = "
-        f"{' or '.join(dict.fromkeys(told))} on; --model with a damping says more"
+        f"{' or '.join(dict.fromkeys(sentences))} on; --model with a damping says more"
     )
 
 

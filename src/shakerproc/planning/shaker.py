@@ -264,27 +264,27 @@ class ShakerLimits:
         if shaken.quantity == "force":
             return tuple(self._too_much_force(shaken.peak, peak, ""))
         motion = shaken.largest_motion()
-        found = []
+        texts = []
         if motion.acceleration > self.acceleration * (1.0 + 1e-9):
-            found.append(
+            texts.append(
                 f"acceleration {numeral(motion.acceleration / STANDARD_GRAVITY)} g ({peak}) is "
                 f"above the shaker's {numeral(self.acceleration / STANDARD_GRAVITY)} g"
             )
         if motion.velocity > self.velocity * (1.0 + 1e-9):
-            found.append(
+            texts.append(
                 f"velocity {numeral(motion.velocity)} m/s ({peak}) is above the shaker's "
                 f"{numeral(self.velocity)} m/s{self._from(shaken, 'velocity')}"
             )
         if motion.displacement > self.displacement * (1.0 + 1e-9):
-            found.append(
+            texts.append(
                 f"displacement {numeral(1e3 * motion.displacement)} mm ({peak}) is above the "
                 f"shaker's {numeral(1e3 * self.displacement)} mm"
                 f"{self._from(shaken, 'displacement')}"
             )
         if self.moving_mass > 0.0:
             carried = f" to move {numeral(self.moving_mass)} kg"
-            found += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
-        return tuple(found)
+            texts += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
+        return tuple(texts)
 
     def _too_much_force(self, force: float, peak: str, load: str) -> list[str]:
         if force <= self.force * (1.0 + 1e-9):

@@ -199,10 +199,10 @@ class _File:
         begin = _text(measurement, "measurement_begin")
         start = _date(begin)
         if not measurement:
-            told = (
+            text = (
                 f"Submatrix {shown(name, 40)} belongs to no measurement: its start is unknown."
             )
-            self.notes[told] = None
+            self.notes[text] = None
         if begin and start is None:
             self.notes[f"Its start is {shown(begin, 40)}, no date: it is not used."] = None
         named = _text(about, "local_columns").split()
@@ -229,8 +229,8 @@ class _File:
             at for at, one in every.items() if name in _text(one, inverse).split()
         ]
         if wanted and wanted[0] not in every:
-            told = f"It refers to {base} {shown(wanted[0], 20)}, which is not in it."
-            self.notes[told] = None
+            text = f"It refers to {base} {shown(wanted[0], 20)}, which is not in it."
+            self.notes[text] = None
         return every.get(wanted[0], {}) if wanted else {}
 
     def _called(self, column: _Instance) -> tuple[str, str, str]:
@@ -425,10 +425,10 @@ def _parameters(column: _Instance, count: int) -> list[float]:
         If there are others than so many.
     """
     item = column.get("generation_parameters")
-    found = [float(word) for word in "".join(() if item is None else item.itertext()).split()]
-    if len(found) != count:
-        raise ValueError(f"{len(found)} generation parameters where {count} belong")
-    return found
+    values = [float(word) for word in "".join(() if item is None else item.itertext()).split()]
+    if len(values) != count:
+        raise ValueError(f"{len(values)} generation parameters where {count} belong")
+    return values
 
 
 def _scaling(column: _Instance, count: int) -> Any:

@@ -332,21 +332,21 @@ def read_xlsx(path: Path, run: str) -> RawFile:
             f"{run}: is encrypted, or a workbook of before 2007. Save it as .xlsx without "
             "a password."
         )
-    found: dict[str, RawFile] = {}
+    raw_files: dict[str, RawFile] = {}
     problems: dict[str, RecordingError] = {}
     for name, content in _sheets(path, run):
         try:
-            found[name] = table_of(*looked_at(io.BytesIO(content), run), run)
+            raw_files[name] = table_of(*looked_at(io.BytesIO(content), run), run)
         except RecordingError as error:
             problems[name] = error
-    if not found:
-        told = "; ".join(str(one) for one in list(problems.values())[:4])
-        raise RecordingError(told or f"{run}: the workbook is empty.")
+    if not raw_files:
+        text = "; ".join(str(one) for one in list(problems.values())[:4])
+        raise RecordingError(text or f"{run}: the workbook is empty.")
     notes = tuple(f"Sheet {shown(name)} holds no table of numbers." for name in problems)
-    if len(found) == 1:
-        (raw,) = found.values()
+    if len(raw_files) == 1:
+        (raw,) = raw_files.values()
         return replace(raw, notes=(*raw.notes, *notes))
-    return _joined(found, notes, run)
+    return _joined(raw_files, notes, run)
 
 
 def _joined(sheets: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawFile:

@@ -266,10 +266,10 @@ def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
 def _texts(content: Mapping[str, Any], key: str, count: int) -> list[str]:
     """Return the texts of each channel of a side; empty ones where there are none."""
     value = next((content[name] for name in (key, f"{key}s") if name in content), None)
-    found = [text.strip() for text in value] if isinstance(value, list) else []
-    if len(found) == 1:
-        found *= count
-    return found if len(found) == count else [""] * count
+    texts = [text.strip() for text in value] if isinstance(value, list) else []
+    if len(texts) == 1:
+        texts *= count
+    return texts if len(texts) == count else [""] * count
 
 
 def _cells(  # noqa: PLR0917

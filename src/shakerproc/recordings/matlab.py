@@ -309,11 +309,11 @@ def _fields(
     ]
     elements: list[dict[str, Any]] = []
     for _ in range(count):
-        found: dict[str, Any] = {}
+        entries: dict[str, Any] = {}
         for key in keys:
             part = _next(parts, place, f"field {key!r}")
-            found[key] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
-        elements.append(found)
+            entries[key] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
+        elements.append(entries)
     if count == 1:
         return elements[0]
     return {f"({number})": element for number, element in enumerate(elements, 1)}
@@ -352,8 +352,8 @@ def mat_variables(path: Path, run: str) -> dict[str, Any]:
         If it cannot be read.
     """
     if _is_hdf5(path, run):
-        found: dict[str, Any] = result_apart(path, run, f"{_HERE}:hdf5_variables", "h5py")
-        return found
+        entries: dict[str, Any] = result_apart(path, run, f"{_HERE}:hdf5_variables", "h5py")
+        return entries
     return dict(_read_old(path, run))
 
 
@@ -444,13 +444,13 @@ def hdf5_variables(path: Path, run: str) -> dict[str, Any]:
     RecordingError
         If it cannot be read, or holds more than fits into memory.
     """
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     with opened_hdf5(path, run) as file:
         for name, tree in _trees(file, run):
             numbers = tree if isinstance(tree, list) else _in_memory(file, name, tree, run)
             if numbers is not None:
-                found[name] = numbers
-    return found
+                entries[name] = numbers
+    return entries
 
 
 def _in_memory(file: Any, name: str, tree: Tree, run: str) -> NDArray[Any] | None:

@@ -126,7 +126,7 @@ def _described(file: Any, run: str) -> RawFile:
     """Return the channels and times of an open file."""
     start = file.start_time
     start = start if start is not None and start.year >= _FIRST_YEAR else None
-    found: list[tuple[float, str, list[RawChannel]]] = []
+    rows: list[tuple[float, str, list[RawChannel]]] = []
     places: list[tuple[int, int]] = []
     notes: list[str] = []
     for number, group in enumerate(file.groups):
@@ -140,8 +140,8 @@ def _described(file: Any, run: str) -> RawFile:
             if not made.problem:
                 places.append((number, index))
                 notes += _counts(channel, made.name)
-        _join(found, step, _name(group, number), channels)
-    groups = [RawGroup(name, tuple(channels)) for _, name, channels in found if channels]
+        _join(rows, step, _name(group, number), channels)
+    groups = [RawGroup(name, tuple(channels)) for _, name, channels in rows if channels]
     if len(groups) == 1:
         groups = [replace(groups[0], name="")]
     return RawFile(

@@ -90,8 +90,8 @@ class FormatReader:
         place = f"{_ROOM}.{self.place}"
         if self.own_process:
             return opened_apart(path, run, place, *self.packages.split())
-        found: RawFile = loaded(place)(path, run)
-        return found
+        raw_file: RawFile = loaded(place)(path, run)
+        return raw_file
 
 
 @final
@@ -146,9 +146,9 @@ def of_entry(entry: EntryPoint) -> Reader:
     try:
         reader = entry.load()
     except Exception as error:
-        told = " ".join(str(error).split()) or "no reason given"
+        text = " ".join(str(error).split()) or "no reason given"
         raise RecordingError(
-            f"{where}: {type(error).__name__}: {told}. Correct the package, or remove it."
+            f"{where}: {type(error).__name__}: {text}. Correct the package, or remove it."
         ) from error
     if not callable(reader):
         raise RecordingError(f"{where}: is no function. Name one that reads a file.")

@@ -293,8 +293,8 @@ def _of_spectra(
             cross, kind="response function", values=values, input_unit=auto.response_unit
         )
         found[cross.response, cross.input] = one
-    told = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
-    return found, told * bool(found)
+    sentences = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
+    return found, sentences * bool(found)
 
 
 def _of_one_record(
@@ -318,11 +318,11 @@ def _of_one_record(
             one, kind="response function", values=one.values / force.values,
             input=force.response, input_unit=force.response_unit,
         )  # fmt: skip
-    told = (
+    text = (
         f"{len(found)} response functions are ratios of spectra of one record to that of "
         f"{force.response}: without averages, noise of the force makes them smaller."
     )
-    return found, [told] * bool(found)
+    return found, [text] * bool(found)
 
 
 def _of_one_quantity(first: str, second: str) -> bool:
@@ -377,8 +377,8 @@ def _complete(
     chosen = {(r, i): functions[r, i] for r in most for i in kept}
     left = [f"{r} to {i}" for r, i in functions if i not in kept]
     more = f" and {len(left) - 12} more" if len(left) > 12 else ""
-    told = f"Not used, other inputs have more responses: {', '.join(left[:12])}{more}."
-    return chosen, [told] * bool(left)
+    text = f"Not used, other inputs have more responses: {', '.join(left[:12])}{more}."
+    return chosen, [text] * bool(left)
 
 
 def _common_lines(functions: Sequence[Function], run: str) -> FloatArray:

@@ -256,9 +256,9 @@ def _try_format(
     if labelled and not headers[0] and is_stepped(rows[first:], interval, decimal):
         headers, units = ("time", *headers[1:]), ("s", *units[1:])
     if not titles and (more := _printed_otherwise(rows[start:], width, decimal)):
-        told = "; ".join(", ".join(row) for row in rows[start : start + more])
+        text = "; ".join(", ".join(row) for row in rows[start : start + more])
         note = (
-            f"Line {start + 1} ({shown(told, 40)}) is no sample: it is printed in another way."
+            f"Line {start + 1} ({shown(text, 40)}) is no sample: it is printed in another way."
         )
         start += more
     axes += stated_axes(lines[:start])

@@ -175,7 +175,7 @@ def _with_ticks(base: TimeBase, rounded: _Statement, said: Sampling) -> TimeBase
     ticks = f"{where} repeats its times, which are rounded to {rounded.tick:g} {way.unit}"
     about = f": about {way.rate:.6g} samples in a second" if rounded.doubt else ""
     note = f"The start is good to {rounded.tick:g} {way.unit}, to which {where} is rounded."
-    found = replace(
+    ticked = replace(
         base,
         start=float(times[:1][0]) * way.seconds,
         start_doubt=rounded.tick * way.seconds,
@@ -189,8 +189,8 @@ def _with_ticks(base: TimeBase, rounded: _Statement, said: Sampling) -> TimeBase
             problem = (
                 f"{ticks}, and stray by {numeral(off)} {way.unit} from {rate:.9g} Hz{about}"
             )
-            return replace(found, sample_rate=None, problem=problem)
-    return found if base.sample_rate else replace(found, problem=f"{SILENT}; {ticks}{about}")
+            return replace(ticked, sample_rate=None, problem=problem)
+    return ticked if base.sample_rate else replace(ticked, problem=f"{SILENT}; {ticks}{about}")
 
 
 def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
@@ -340,8 +340,10 @@ def _whole(rate: float, doubt: float) -> float:
 
 def _undecided(best: _Statement, ways: Sequence[TimeReading], *, mean: bool = False) -> str:
     """Return between which readings the file does not decide."""
-    told = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
-    listed = " or ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
+    sentences = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
+    listed = " or ".join(
+        [", ".join(sentences[:-1]), sentences[-1]] if len(sentences) > 1 else sentences
+    )
     return f"{best.axis.where} states no unit: it is {'a mean of ' * mean}{listed}"
 
 

@@ -92,8 +92,8 @@ def read_uff(path: Path, run: str) -> RawFile:
         for c, record in zip(channels, records, strict=True)
         if record.cut
     ]
-    told = [match for r in records if r.texts and (match := _OF.search(r.texts[4]))]
-    missing = max((int(match[1]) for match in told), default=0) - len(records)
+    sentences = [match for r in records if r.texts and (match := _OF.search(r.texts[4]))]
+    missing = max((int(match[1]) for match in sentences), default=0) - len(records)
     if missing > 0:
         notes.append(
             f"The file is not whole: {missing} of {missing + len(records)} records are missing."
@@ -155,11 +155,13 @@ def _channel(record: Record, name: str, row: int, longest: int) -> RawChannel:
 
 def _names(records: Sequence[Record]) -> list[str]:
     """Return the first description that tells the records apart."""
-    told = [r for r in records if r.texts]
+    sentences = [r for r in records if r.texts]
     for kind in ("id1", "place", "id4"):
-        names = [{"id1": r.texts[0], "place": r.place, "id4": r.texts[3]}[kind] for r in told]
+        names = [
+            {"id1": r.texts[0], "place": r.place, "id4": r.texts[3]}[kind] for r in sentences
+        ]
         if names and all(n and n != "NONE" for n in names) and len(set(names)) == len(names):
-            rest = [f"record {number + 1}" for number in range(len(told), len(records))]
+            rest = [f"record {number + 1}" for number in range(len(sentences), len(records))]
             return names + rest
     return [f"record {number + 1}" for number in range(len(records))]
 

@@ -71,11 +71,11 @@ class Variables:
 
 def flattened(trees: Iterable[tuple[str, Tree]]) -> Variables:
     """Return the arrays and texts of variables, however deep they stand."""
-    found = Variables()
+    variables = Variables()
     for name, tree in trees:
-        _sort_in(name, tree, ("", ""), found)
-    keep_distinct(found.called)
-    return found
+        _sort_in(name, tree, ("", ""), variables)
+    keep_distinct(variables.called)
+    return variables
 
 
 def _sort_in(name: str, tree: Tree, called: tuple[str, str], variables: Variables) -> None:

@@ -67,7 +67,7 @@ def series_styles(trends: Sequence[Trend]) -> list[Mapping[str, int]]:
     that no trend has yet, then any that their trend has not.
     """
     seen: list[tuple[int, _Series]] = []
-    found: list[Mapping[str, int]] = []
+    rows: list[Mapping[str, int]] = []
     for trend in trends:
         series = list(_series(trend))
         styles = _earlier_styles(series, seen)
@@ -77,8 +77,8 @@ def series_styles(trends: Sequence[Trend]) -> list[Mapping[str, int]]:
                 free = [s for s in (*fresh, *range(STYLES)) if s not in styles.values()]
                 styles[one.name] = free[0] if free else len(styles) % STYLES
         seen += [(styles[one.name], one) for one in series]
-        found.append(styles)
-    return found
+        rows.append(styles)
+    return rows
 
 
 def _series(trend: Trend) -> Iterator[_Series]:
@@ -241,8 +241,8 @@ def earlier_section(
             paragraphs.append(f"Only in {whose}: {', '.join(tests)}.")
     other = [now.test for now, then in pairs if quantity_of(now) != quantity_of(then)]
     if other:
-        told = ", ".join(other)
-        paragraphs.append(f"Not compared, with a control in one campaign only: {told}.")
+        text = ", ".join(other)
+        paragraphs.append(f"Not compared, with a control in one campaign only: {text}.")
     rows = [_cells(row) for row in found.rows]
     table = filled("Every mode before and now.", COLUMNS, rows)
     drawn = [_overlaid(run_in(now, units), run_in(then, units)) for now, then in pairs]

@@ -216,9 +216,9 @@ def _no_blow_reason(
 ) -> str:
     """Return why no blow can be used, and a remedy."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
-    told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
+    text = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
     return (
-        f"none of {len(blows)} blows can be used: {told}. Blocks last "
+        f"none of {len(blows)} blows can be used: {text}. Blocks last "
         f"{numeral(setup.cut.length / setup.cut.sample_rate)} s, the trigger is "
         f"{numeral(setup.strikes.level)} N; change processing: {{hammer: {{length: ..., "
         f"trigger: ...}}}}, or strike again{_exchanged(recording, crop, setup)}"
@@ -321,10 +321,10 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
     if wanted is not None:
         low, high = wanted[0], min(wanted[1], nyquist)
     if not low < high:
-        told = "excited band" if test.processing.band is None else "band of processing"
+        text = "excited band" if test.processing.band is None else "band of processing"
         low, high = wanted or (low, high)
         raise SpectrumError(
-            f"the {told} from {low:g} to {high:g} Hz does not lie below half the sample rate "
+            f"the {text} from {low:g} to {high:g} Hz does not lie below half the sample rate "
             f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz. Correct its from and to in the log"
         )
     return low, high

@@ -70,12 +70,12 @@ def quiet_part(recording: Recording, result: RunResult) -> QuietPart | None:
     for k in chosen[quietest]:  # one after the other: segments may be long
         samples = _stretch(recording, starts[k], segment)
         density += welch([samples], result.sample_rate, result.test, ()).density
-    told = (
+    text = (
         f"quietest {numeral(len(quietest) * segment / result.sample_rate, 3)} s before and "
         "after the run"
     )
     rms = np.sqrt(power[quietest].mean(axis=0))
-    return QuietPart(density / len(quietest), rms, told)
+    return QuietPart(density / len(quietest), rms, text)
 
 
 def _stretch(recording: Recording, start: int, length: int) -> FloatArray:

@@ -47,11 +47,11 @@ def seen_files(paths: Sequence[Path]) -> tuple[FileHash, ...]:
     RecordingError
         If one cannot be read.
     """
-    found = []
+    file_hashes = []
     for path in paths:
         with WatchedFile(path, path.name, hashed=True) as file:
-            found.append(file.fingerprint())
-    return tuple(found)
+            file_hashes.append(file.fingerprint())
+    return tuple(file_hashes)
 
 
 @final
@@ -112,7 +112,7 @@ def in_sequence(run: str, parts: Sequence[Recording]) -> Recording:
         done += before.n_samples
         _check_next(run, first, before, part, done)
     dated = all(part.start_time is not None for part in parts)
-    told = "each begins where the one before ends" if dated else "the files say no time"
+    text = "each begins where the one before ends" if dated else "the files say no time"
     last = parts[-1]
     missing = (last.expected_samples or last.n_samples) - last.n_samples
     n_samples = done + last.n_samples
@@ -126,7 +126,7 @@ def in_sequence(run: str, parts: Sequence[Recording]) -> Recording:
         file=_files(parts),
         notes=(
             f"{len(parts)} files in sequence: {', '.join(_name(part) for part in parts)}; "
-            f"{told}.",
+            f"{text}.",
             *dict.fromkeys(note for part in parts for note in part.notes),
         ),
     )
@@ -286,11 +286,11 @@ def _slower(recording: Recording, rate: float) -> tuple[Channel, ...]:
 
 def _unused_channels(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
     """Return the channels that neither uses; of groups of one file, those both leave."""
-    found = dict.fromkeys((*main.unused, *other.unused))
+    unused_channels = dict.fromkeys((*main.unused, *other.unused))
     if main.path != other.path:
-        return tuple(found)
+        return tuple(unused_channels)
     both = set(main.unused) & set(other.unused)
-    return tuple(one for one in found if one.why != ANOTHER_GROUP or one in both)
+    return tuple(one for one in unused_channels if one.why != ANOTHER_GROUP or one in both)
 
 
 def _by_stamps(main: Recording, other: Recording) -> float:

@@ -78,8 +78,8 @@ def open_path(
     def decide(among: RawGroup, said: Sequence[ChannelUse] | None) -> Sequence[ChannelUse]:
         if said is None:
             return usual_uses(among, run, controls, unit)
-        found = by_sheet(said, among)
-        return found if unit is None else with_unit(found, among, unit, run)
+        channel_uses = by_sheet(said, among)
+        return channel_uses if unit is None else with_unit(channel_uses, among, unit, run)
 
     def opened(file: Path, named: str) -> Recording:
         return open_recording(

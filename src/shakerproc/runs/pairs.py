@@ -113,7 +113,7 @@ def density_peaks(
     `density` is in the units of the channels, squared, over [Hz].
     """
     row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
-    found = []
+    resonance_peaks = []
     for i, values in enumerate(density):
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
         elsewhere = against is not None or search.one_frequency
@@ -125,8 +125,8 @@ def density_peaks(
             peaks = search.peaks(spectra.masked(values, left), chance)
         else:
             peaks = search.peaks(values, chance) or search.peaks(values, None)
-        found.append(_read(search, values, peaks, coherence, read))
-    return tuple(found)
+        resonance_peaks.append(_read(search, values, peaks, coherence, read))
+    return tuple(resonance_peaks)
 
 
 def response_peaks(
@@ -136,7 +136,7 @@ def response_peaks(
     responses: Sequence[int],
 ) -> tuple[tuple[ResonancePeak, ...], ...]:
     """Return the peaks of |H1| of every response, none for the controls."""
-    found: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
+    rows: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
     if against is not None and not search.one_frequency:
         for row, channel in enumerate(responses):
             apart = spectra.clear_of_lines(search.spectra, search.lines, channel)
@@ -147,8 +147,8 @@ def response_peaks(
             known = chance if np.isfinite(chance).any() else None
             read = None if known is None else _reader_of_response(search, controls, channel)
             peaks = search.peaks(gain, known)
-            found[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
-    return tuple(found)
+            rows[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
+    return tuple(rows)
 
 
 Reader: TypeAlias = Callable[[float], Damping]
@@ -441,14 +441,14 @@ def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:
     SpectrumError
         If it does not move at all.
     """
-    found = _driven(result, inputs)
-    if not found.any():
+    mask = _driven(result, inputs)
+    if not mask.any():
         low, high = result.band
         raise SpectrumError(
             f"response_functions: {name} does not move within {low:g} to {high:g} Hz; choose "
             "another input"
         )
-    return found
+    return mask
 
 
 def _driven(result: RunResult, inputs: Sequence[int]) -> BoolArray:

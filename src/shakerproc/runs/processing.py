@@ -75,12 +75,12 @@ def find_crop(recording: Recording, test: Test) -> Crop:
     )
     if not decides:
         return found
-    told = (
+    text = (
         f"{only.channels[0].name} rests at {numeral(scale * rest, 4)} {unit}, against a "
         f"threshold of {numeral(scale * crop.threshold, 4)} {unit}: the crop compares it "
         "without that offset"
     )
-    return replace(found, warning="; ".join(filter(None, (told, found.warning))))
+    return replace(found, warning="; ".join(filter(None, (text, found.warning))))
 
 
 def _rest(recording: Recording) -> float:

@@ -76,8 +76,8 @@ class System:
         """Return the displacement of one place, (n,) array; see `displacements` [m]."""
         direction = self.places[place]
         moved = np.flatnonzero(direction)
-        found: FloatArray = coordinates[:, moved] @ direction[moved]
-        return found
+        values: FloatArray = coordinates[:, moved] @ direction[moved]
+        return values
 
     @property
     def n_states(self) -> int:

@@ -541,7 +541,7 @@ def shares_of(spectra: LineSpectra) -> dict[Kind, Share]:
     """
     grid = spectra.grid
     silent = spectra.realisations - grid.n_exciting
-    found: dict[Kind, Share] = {}
+    shares: dict[Kind, Share] = {}
     kinds: tuple[tuple[Kind, NDArray[np.bool_], FloatArray, NDArray[np.int_]], ...] = (
         ("even", grid.even, spectra.distortion, silent),
         ("odd", grid.odd, spectra.distortion, silent),
@@ -549,8 +549,8 @@ def shares_of(spectra: LineSpectra) -> dict[Kind, Share]:
     )
     for kind, chosen, amplitude, repeats in kinds:
         if chosen.any():
-            found[kind] = _share(spectra, kind, np.flatnonzero(chosen), amplitude**2, repeats)
-    return found
+            shares[kind] = _share(spectra, kind, np.flatnonzero(chosen), amplitude**2, repeats)
+    return shares
 
 
 def _share(

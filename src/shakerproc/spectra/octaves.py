@@ -170,6 +170,6 @@ def rms_of_density(spectra: CrossSpectra, bands: OctaveBands) -> FloatArray:
         rms_in_band(spectra, (float(low), float(high)))
         for low, high in zip(bands.lower, bands.upper, strict=True)
     ]
-    found = np.array(columns).reshape(len(columns), -1).T.copy()
-    found[:, bands.upper - bands.lower < spectra.bin_width] = np.nan
-    return found
+    values = np.array(columns).reshape(len(columns), -1).T.copy()
+    values[:, bands.upper - bands.lower < spectra.bin_width] = np.nan
+    return values

@@ -35,11 +35,11 @@ def profile_at(
         Levels [unit of `levels`]; not a number outside the breakpoints.
     """
     inside = (frequency >= breakpoints[0]) & (frequency <= breakpoints[-1])
-    found = np.full(frequency.shape, np.nan)
-    found[inside] = np.exp(
+    values = np.full(frequency.shape, np.nan)
+    values[inside] = np.exp(
         np.interp(np.log(frequency[inside]), np.log(breakpoints), np.log(levels))
     )
-    return found
+    return values
 
 
 def profile_rms(

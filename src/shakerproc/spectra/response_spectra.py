@@ -214,7 +214,7 @@ def _by_name(
         "pseudo_velocity": (0, 1.0 / omega),
         "equivalent_static_acceleration": (0, np.ones(omega.shape)),
     }
-    found = {}
+    arrays = {}
     for name in QUANTITIES:
         row, scale = scales[name]
         sides = [
@@ -222,8 +222,8 @@ def _by_name(
             for part in (primary, residual)
             for sign, side in ((1.0, 1), (-1.0, 0))
         ]
-        found[name] = dict(zip(PARTS, [*sides, np.max(sides, axis=0)], strict=True))
-    return found
+        arrays[name] = dict(zip(PARTS, [*sides, np.max(sides, axis=0)], strict=True))
+    return arrays
 
 
 @final

@@ -175,15 +175,15 @@ def _partitioned(scaled: FloatArray) -> list[int]:
 
 def _merged(level: FloatArray, ends: list[int], step: float) -> list[int]:
     """Return the ends without those between parts that hardly differ, the closest first."""
-    found = list(ends)
-    while len(found) > 2:
-        mean = [level[:, a:b].mean(axis=1) for a, b in pairwise(found)]
+    numbers = list(ends)
+    while len(numbers) > 2:
+        mean = [level[:, a:b].mean(axis=1) for a, b in pairwise(numbers)]
         apart = [np.abs(b - a).max() for a, b in pairwise(mean)]
         least = int(np.argmin(apart))
         if apart[least] >= step:
             break
-        del found[least + 1]
-    return found
+        del numbers[least + 1]
+    return numbers
 
 
 def arrangements(values: FloatArray) -> int:
@@ -348,8 +348,8 @@ def split(cells: Cells, rule: ShockRule, *, shortest: float, step: float) -> lis
         RecordPart(_kind(cells, calm, first, stop, shortest), first, stop)
         for first, stop in pairwise(ends)
     ]
-    found = [*vibration, *(RecordPart("shock", first, stop) for first, stop in shocks)]
-    return sorted(found, key=lambda part: (part.first, -part.stop))
+    record_parts = [*vibration, *(RecordPart("shock", first, stop) for first, stop in shocks)]
+    return sorted(record_parts, key=lambda part: (part.first, -part.stop))
 
 
 def _kind(

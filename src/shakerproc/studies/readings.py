@@ -50,8 +50,8 @@ class SimulatedMotion:
 
     def of(self, quantity: Quantity) -> FloatArray:
         """Return displacement, velocity or acceleration."""
-        found: FloatArray = getattr(self, quantity)
-        return found
+        values: FloatArray = getattr(self, quantity)
+        return values
 
 
 def signal_of(run: StudyRun) -> Callable[[FloatArray], FloatArray]:
@@ -402,8 +402,8 @@ def _crossings(time: FloatArray, displacement: FloatArray) -> FloatArray:
     """Return when a motion passes 0, between its samples on straight lines, (n,) array [s]."""
     at = np.flatnonzero(displacement[:-1] * displacement[1:] < 0.0)
     before, after = displacement[at], displacement[at + 1]
-    found: FloatArray = time[at] + (time[at + 1] - time[at]) * before / (before - after)
-    return found
+    values: FloatArray = time[at] + (time[at + 1] - time[at]) * before / (before - after)
+    return values
 
 
 def half_cycle_scatter(motion: SimulatedMotion) -> float:

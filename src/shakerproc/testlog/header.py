@@ -280,21 +280,21 @@ def limits_of(
     MisfitError
         If a limit has no unit, or its channel is none of the log's.
     """
-    found: list[Limit] = []
+    limits: list[Limit] = []
     for key, written in section.items():
         if key == "shaker":
-            found += _of_shaker(written)
+            limits += _of_shaker(written)
             continue
         whose, name, units = _named(key)
         if whose == "response":
             _check_channel(key, channels)
         if isinstance(written, list | tuple):
-            found += [
+            limits += [
                 _limit(whose, name, one, units, (key, i)) for i, one in enumerate(written)
             ]
         else:
-            found.append(_limit(whose, name, written, units, (key,)))
-    return tuple(found)
+            limits.append(_limit(whose, name, written, units, (key,)))
+    return tuple(limits)
 
 
 def _named(key: str) -> tuple[Whose, str, tuple[str, ...]]:

@@ -175,14 +175,14 @@ def _functions(base: Processing, section: ProcessingSection) -> tuple[ResponseFu
     """
     if section.response_functions is None:
         return base.response_functions
-    found = [ResponseFunction(one.input, one.output) for one in section.response_functions]
-    for i, one in enumerate(found):
+    functions = [ResponseFunction(one.input, one.output) for one in section.response_functions]
+    for i, one in enumerate(functions):
         if one.input == one.output:
-            told = f"expected another channel than the input, got {quoted(one.output)}"
-            raise MisfitError(told, "response_functions", i, "output")
-        if one in found[:i]:
+            text = f"expected another channel than the input, got {quoted(one.output)}"
+            raise MisfitError(text, "response_functions", i, "output")
+        if one in functions[:i]:
             raise MisfitError("expected each function once", "response_functions", i)
-    return tuple(found)
+    return tuple(functions)
 
 
 def _settings_of(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:

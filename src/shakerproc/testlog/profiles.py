@@ -371,9 +371,9 @@ def fitting_profile(
     if section.profile not in profiles:
         meant = near_miss(section.profile, list(profiles))
         known = ", ".join(profiles) or "none"
-        told = f'; did you mean "{meant}"?' if meant else f"; the log has {known}"
+        text = f'; did you mean "{meant}"?' if meant else f"; the log has {known}"
         raise MisfitError(
-            f"no profile {quoted(section.profile)} under profiles{told}", "profile"
+            f"no profile {quoted(section.profile)} under profiles{text}", "profile"
         )
     profile = profiles[section.profile]
     density = profile.unit.endswith("/Hz")

@@ -155,9 +155,9 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> tuple[tuple[int, .
         raise LogError(f"{path}:{line}: expected a header {_WANTED}, got {quoted(got)}")
     units = dict.fromkeys(found[name][1] for name in "xyz")
     if len(units) > 1 or "" in units:
-        told = " and ".join(unit or "none" for unit in units)
+        text = " and ".join(unit or "none" for unit in units)
         raise LogError(
-            f"{path}:{line}: expected one unit for x, y and z, as in {_WANTED}, got {told}"
+            f"{path}:{line}: expected one unit for x, y and z, as in {_WANTED}, got {text}"
         )
     return tuple(found[name][0] for name in ("node", "x", "y", "z")), next(iter(units))
 

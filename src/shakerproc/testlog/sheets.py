@@ -142,13 +142,13 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
     if not filled:
         raise LogError(f"{path}: expected a header such as {_WANTED}, got an empty sheet")
     columns = _columns(path, *filled[0])
-    found: dict[str, Calibration] = {}
+    calibrations: dict[str, Calibration] = {}
     for line, cells in filled[1:]:
         one = _calibration(f"{path}:{line}", columns, cells)
-        if one.serial in found:
+        if one.serial in calibrations:
             raise LogError(f"{path}:{line}: sensor {quoted(one.serial)} stands twice")
-        found[one.serial] = one
-    return found
+        calibrations[one.serial] = one
+    return calibrations
 
 
 def _xlsx_rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -411,9 +411,9 @@ def batch(
     known = replace(known, tests=tuple(described(test, options) for test in known.tests))
     if out is None:
         _check_no_report(units=units, against=against)
-        found = ShownCampaign(known.title, _in_threads(known, n_workers), wish)
-        trends_of(found.runs, wish)  # a column or channel that is not there is told at once
-        return found
+        campaign = ShownCampaign(known.title, _in_threads(known, n_workers), wish)
+        trends_of(campaign.runs, wish)  # a column or channel that is not there is told at once
+        return campaign
     command = f"shakerproc.batch(read_log({known.path.name!r}), out={str(out)!r})"
     header, chosen = tried_header(known), units_of(known, units)
     wish = replace(wish, command=command, header=header, units=chosen)

@@ -160,8 +160,10 @@ class ShownDecayComparison(Shown):
     def _repr_html_(self) -> str:
         table = frame({name: [row[name] for row in self.rows] for name in self.rows[0]})
         notes = (note for test in self.measured for note in test.notes)
-        told = [*self.sentences, *self.found.left_out, *notes]
-        return html(f"{self.model.title}, decays compared", told, table.drop(columns="said"))
+        sentences = [*self.sentences, *self.found.left_out, *notes]
+        return html(
+            f"{self.model.title}, decays compared", sentences, table.drop(columns="said")
+        )
 
 
 def compare_free_decays(
@@ -296,8 +298,8 @@ class ShownComparison(Shown):
 
     def _repr_html_(self) -> str:
         errors = self.to_pandas()[["test", "level", "held_out", "sensor", "error", "noise"]]
-        told = [self.sentence, *self.found.left_out, *self.found.warnings]
-        return html(f"{self.model.title}, compared", told, errors)
+        sentences = [self.sentence, *self.found.left_out, *self.found.warnings]
+        return html(f"{self.model.title}, compared", sentences, errors)
 
 
 def compare(

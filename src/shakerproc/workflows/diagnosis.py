@@ -158,8 +158,12 @@ class ShownDiagnosis(Shown):
         return candidate_errors(self.found)
 
     def _repr_html_(self) -> str:
-        told = [self.sentence, *filter(None, [probability_text(self.found)]), *self.found.notes]
-        return html(self.verdict, told, self.errors, self.effects, self.to_pandas())
+        sentences = [
+            self.sentence,
+            *filter(None, [probability_text(self.found)]),
+            *self.found.notes,
+        ]
+        return html(self.verdict, sentences, self.errors, self.effects, self.to_pandas())
 
 
 def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> ShownDiagnosis:

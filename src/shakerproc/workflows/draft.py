@@ -270,11 +270,11 @@ def unusual_channels(
     uses |= dict.fromkeys(absent, _IGNORE)
     if not uses:
         return ""
-    told = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
+    text = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
     if crop.startswith("{") and controls[0] not in seen.names:
         name = quoted((controls_of_seen(seen) or controls_of(seen.names))[0])
-        told += f", processing: {{crop: {{channel: {name}}}}}"
-    return told
+        text += f", processing: {{crop: {{channel: {name}}}}}"
+    return text
 
 
 def crop_of(seen: Sequence[SeenRecording], controls: Sequence[str]) -> str:

@@ -93,12 +93,15 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
-    found = [*sections(evidence.models, evidence.diagnosis), *mode_sections(evidence.modes)]
+    report_sections = [
+        *sections(evidence.models, evidence.diagnosis),
+        *mode_sections(evidence.modes),
+    ]
     if evidence.decays is None:
-        return found
+        return report_sections
     from shakerproc.report.evidence.functions import decay_sections
 
-    return [*found, *decay_sections(evidence.decays)]
+    return [*report_sections, *decay_sections(evidence.decays)]
 
 
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
@@ -130,12 +133,12 @@ def inputs_of(
     """Return every file that went in, with the hash of the bytes that were read."""
     from shakerproc.model_files.effect_files import effect_hashes
 
-    found = [(what, path.name, digest) for what, path, digest in documents]
-    found += [("effects", name, digest) for name, digest in effect_hashes().items()]
+    rows = [(what, path.name, digest) for what, path, digest in documents]
+    rows += [("effects", name, digest) for name, digest in effect_hashes().items()]
     for one in tests:
         path = one.test.require_recording()
-        found.append((f"test {one.name}", f"{path.parent.name}/{path.name}", one.sha256))
-    return found
+        rows.append((f"test {one.name}", f"{path.parent.name}/{path.name}", one.sha256))
+    return rows
 
 
 def check_same(first: "Sequence[Measured]", second: "Sequence[Measured]") -> None:

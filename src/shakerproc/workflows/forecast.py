@@ -225,10 +225,10 @@ def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Tes
 def earlier_document(folder: Path) -> dict[str, Any] | None:
     """Return the document of the forecast in a folder; None where there is none to read."""
     try:
-        found = json.loads((folder / "forecast.json").read_text(encoding="utf-8"))
+        entries = json.loads((folder / "forecast.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) and found.get("schema") == SCHEMA else None
+    return entries if isinstance(entries, dict) and entries.get("schema") == SCHEMA else None
 
 
 def _write_notches(folder: Path, result: Forecast) -> None:

@@ -125,9 +125,9 @@ def shape_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
             for k, sensor in enumerate(one.sensors):
                 place = one.positions[k] or (None, None, None)
                 along = one.directions[k]
-                told = "" if along is None else " ".join(f"{v:g}" for v in along)
+                text = "" if along is None else " ".join(f"{v:g}" for v in along)
                 row = (
-                    one.name, i + 1, sensor.name, *place, told,
+                    one.name, i + 1, sensor.name, *place, text,
                     float(shape[k].real), float(shape[k].imag),
                 )  # fmt: skip
                 for name, value in zip(names, row, strict=True):
@@ -198,14 +198,14 @@ def document_of(analysis: ModalAnalysis, path: Path) -> dict[str, Any]:
 
 def _between(analysis: ModalAnalysis) -> list[dict[str, Any]]:
     """Return the MAC of all modes of the first test with those of each other test."""
-    found = []
+    rows = []
     for one in analysis.tests[1:]:
         first = analysis.tests[0]
         names = (first.sensor_names, one.sensor_names)
         values = mac_over(first.modes.shapes, one.modes.shapes, names)
         if values is not None and values.size:
-            found.append({"tests": [first.name, one.name], "mac": values.tolist()})
-    return found
+            rows.append({"tests": [first.name, one.name], "mac": values.tolist()})
+    return rows
 
 
 def _test_document(one: TestModes) -> dict[str, Any]:
@@ -324,12 +324,12 @@ def modal_a(one: TestModes) -> ComplexArray:
     (n_modes,) complex array
         Shapes are those of the analysis, of which the largest component is 1 [N s/m].
     """
-    modes, found = one.modes, np.zeros(one.modes.poles.size, complex)
+    modes, values = one.modes, np.zeros(one.modes.poles.size, complex)
     count = (modes.poles.size, len(one.sensors), len(one.inputs))
     if modes.model is None or modes.model.residues.size != np.prod(count):
-        return found
+        return values
     residues = modes.model.residues.reshape(count)
-    strongest = np.zeros(found.size)
+    strongest = np.zeros(values.size)
     for row, sensor in enumerate(one.sensors):
         for column, place in enumerate(one.input_places):
             sense = sense_of((one.positions[row], one.directions[row]), place)
@@ -338,9 +338,9 @@ def modal_a(one: TestModes) -> ComplexArray:
             residue = residues[:, row, column] / modes.poles ** _RATES[sensor.unit]
             better = np.abs(modes.shapes[:, row]) > strongest
             squared = sense * modes.shapes[:, row] ** 2
-            found[better] = squared[better] / residue[better]
+            values[better] = squared[better] / residue[better]
             strongest[better] = np.abs(modes.shapes[better, row])
-    return found
+    return values
 
 
 def _functions(one: TestModes, numbers: list[int]) -> Iterator[tuple[RecordHead, int, int]]:

@@ -316,13 +316,13 @@ def _axis_of(name: str, along: Place | None, table: ModeTable, direction: str | 
         If it is none, or not said.
     """
     if along is not None:
-        found = next((axis for axis, unit in AXES.items() if unit == along), None)
-        if found is None:
+        text = next((axis for axis, unit in AXES.items() if unit == along), None)
+        if text is None:
             told = " ".join(f"{v:.3g}" for v in along)
             raise ArgumentError(
                 "sensors", f"{name} measures along {told}; a point is seen along x, y or z"
             )
-        return found
+        return text
     axes = table.axes if direction is None else {direction}
     if len(axes) != 1:
         raise ArgumentError(

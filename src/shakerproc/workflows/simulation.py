@@ -201,15 +201,15 @@ def rehearse_campaign(
     paths = [_path(test, root, target) for test in named]
     _check_free(log, paths, overwrite=overwrite)
     copies = {} if target == root else _copies_of_log(log, target, overwrite=overwrite)
-    found = []
+    rows = []
     for shaken, test, path in zip(of_tests, named, paths, strict=True):
         made = rehearse(shaken, test, staging)
         while copies:  # a model that cannot be shaken so is refused before anything is written
             files.write_bytes(*copies.popitem())
         write_recording(path, made.recording)
-        found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
+        rows.append({**made.facts, "recording": path.relative_to(target).as_posix()})
         advance(f"test {test.id}")
-    return found
+    return rows
 
 
 def write_recording(path: Path, recording: "Recording") -> None:

@@ -172,8 +172,8 @@ class UpdatedModel(Shown):
         return Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
 
     def _repr_html_(self) -> str:
-        told = [self.added.worse, *self.added.left_out, *self.added.notes]
-        return html(self.title, told, self.to_pandas(), self.intervals)
+        sentences = [self.added.worse, *self.added.left_out, *self.added.notes]
+        return html(self.title, sentences, self.to_pandas(), self.intervals)
 
 
 def add(
@@ -224,10 +224,10 @@ def add(
     forced = switch_of("force", force)
     numbers = start_of(effect, {} if start is None else start)
     scale = None if scaled_by is None else scale_of(scaled_by)
-    found = fitted_effect(Wanted(effect, places, numbers, scale), known, tests)
+    updated_model = fitted_effect(Wanted(effect, places, numbers, scale), known, tests)
     if not forced:
-        check_gain(effect, found.added)
-    return found
+        check_gain(effect, updated_model.added)
+    return updated_model
 
 
 def fitted_effect(

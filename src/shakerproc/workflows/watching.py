@@ -59,18 +59,18 @@ Looked: TypeAlias = Mapping[Path, tuple[FileStamp, float]]
 
 def recordings_in(folder: Path) -> list[Path]:
     """Return the recordings in a folder and the folders in it, but for folders of results."""
-    found = []
+    paths = []
     for name, below, names in os.walk(folder):
         if not _OURS.isdisjoint(names):
             below.clear()
             continue
         below[:] = sorted(one for one in below if not one.startswith("."))
-        found += [
+        paths += [
             Path(name, one)
             for one in sorted(names)
             if not one.startswith(".") and Path(one).suffix.lower() in READERS
         ]
-    return found
+    return paths
 
 
 def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:

@@ -215,15 +215,15 @@ def _sum(
     missing: int,
 ) -> str:
     agree = not off and not missing
-    told = ", ".join(
+    text = ", ".join(
         f"{n} {'value' if n == 1 else 'values'} of {name} {'within' if agree else 'at'} "
         f"{wanted[name].text}"
         for name, n in compared.items()
     )
     if agree:
-        return f"all hold: {told}"
+        return f"all hold: {text}"
     parts = [f"{off} {'value is' if off == 1 else 'values are'} off"] if off else []
     parts += (
         [f"{missing} {'run is' if missing == 1 else 'runs are'} missing"] if missing else []
     )
-    return f"{', '.join(parts)}; compared: {told}"
+    return f"{', '.join(parts)}; compared: {text}"

@@ -47,8 +47,8 @@ def inspect(
     except SpectraError as error:
         document = {"schema": SCHEMA, "file": recording, "groups": [], "notes": []}
         output.write_json(document | {"holds": error.holds, "error": str(error)}, json)
-        told = f"{recording.name}: no samples over time: {error.holds}"
-        output.data(told)
+        text = f"{recording.name}: no samples over time: {error.holds}"
+        output.data(text)
         return
     groups, notes = whole.contents
     try:

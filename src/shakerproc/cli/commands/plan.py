@@ -131,10 +131,10 @@ def _suggested(diagnosis: Path, log: "TestLog") -> "tuple[Test, ...]":
         raise LogError(
             f"{diagnosis}: no JSON: {error}; write it with diagnose --json"
         ) from error
-    found = suggested_tests(document, log, str(diagnosis))
-    if not found:
+    tests = suggested_tests(document, log, str(diagnosis))
+    if not tests:
         output.message(f"{diagnosis} asks for no further test")
-    return found
+    return tests
 
 
 def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
@@ -352,11 +352,11 @@ def _print(plans: "Sequence[PlannedTest]", wish: "PlanWish", folder: Path) -> No
 
 def _remarks(plans: "Sequence[PlannedTest]") -> dict[str, list[str]]:
     """Return every remark with the tests that it is about."""
-    found: dict[str, list[str]] = {}
+    columns: dict[str, list[str]] = {}
     for planned in plans:
         for text in planned.warnings:
-            found.setdefault(text, []).append(str(planned.test.id))
-    return found
+            columns.setdefault(text, []).append(str(planned.test.id))
+    return columns
 
 
 def _row(planned: "PlannedTest", moving: str) -> tuple[object, ...]:

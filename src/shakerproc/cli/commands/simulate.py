@@ -145,7 +145,7 @@ def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
     """
     from shakerproc.units import to_si
 
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for text in texts:
         for unit in QUANTITIES:
             try:
@@ -154,14 +154,14 @@ def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
                 continue
             if value < 0.0:
                 raise typer.BadParameter(f"{text} is below 0", param_hint=option)
-            found[unit] = value
+            values[unit] = value
             break
         else:
             raise typer.BadParameter(
                 f'expected a quantity such as "5 mg", "0.1 N" or "1 um", not {text!r}',
                 param_hint=option,
             )
-    return found
+    return values
 
 
 def _respond(

@@ -128,8 +128,8 @@ def watch(
             document = watched.last()
     counts = document.get("counts", {})
     output.write_json(document, json)
-    told = ", ".join(f"{n} {kind}" for kind, n in counts.items() if n)
-    output.data(told or "nothing processed")
+    text = ", ".join(f"{n} {kind}" for kind, n in counts.items() if n)
+    output.data(text or "nothing processed")
     if counts.get("failed"):
         output.finish(1)
 

@@ -140,21 +140,21 @@ class _Averages:
         It is 1 of a tone that stands still, 2 of noise (its power is spread exponentially),
         and K over the pieces that hold it of what passes by; 0 where there is no power.
         """
-        found: FloatArray = np.zeros_like(self.power)
-        np.divide(self.pieces * self.fourth, self.power**2, out=found, where=self.power > 0.0)
-        return found
+        values: FloatArray = np.zeros_like(self.power)
+        np.divide(self.pieces * self.fourth, self.power**2, out=values, where=self.power > 0.0)
+        return values
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which channels share a motion with any other."""
-        found = np.zeros(self.moved.size, dtype=bool)
+        mask = np.zeros(self.moved.size, dtype=bool)
         for reference in range(len(self.cross)):
             for row in range(reference + 1, self.moved.size):
-                if found[reference] and found[row]:
+                if mask[reference] and mask[row]:
                     continue  # another pair has shown it of both
                 if self.moved[reference] and self.moved[row]:
                     chance = self._p_value(row, reference, keep)
-                    found[[reference, row]] |= chance < SIGNIFICANCE
-        return found
+                    mask[[reference, row]] |= chance < SIGNIFICANCE
+        return mask
 
     def _p_value(self, row: int, reference: int, keep: NDArray[np.bool_]) -> float:
         """Return how likely chance makes coherences as large, at one frequency or at all.
@@ -328,12 +328,12 @@ class Connection(AbstractHealthCheck):
         channel = recording.channels[self._rows[row]]
         spread = self._spread(row)
         hum, mains = max((self._hum(row, mains), mains) for mains in MAINS)
-        told = f", {hum:.0%} of its power mains hum ({mains:g} Hz)" if hum > HUM else ""
+        text = f", {hum:.0%} of its power mains hum ({mains:g} Hz)" if hum > HUM else ""
         time = recording.duration
         return Flag(
             "open input",
             channel.name,
-            f"Noise of {numeral(spread)} {channel.unit} rms{told} that has nothing in common "
+            f"Noise of {numeral(spread)} {channel.unit} rms{text} that has nothing in common "
             "with any other channel: nothing is connected, a cable is broken, or the sensor "
             "sits where nothing moves. Check it, or give the channel the role ignore.",
             0.0,

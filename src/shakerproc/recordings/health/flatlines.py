@@ -190,10 +190,10 @@ class Flatlines(AbstractHealthCheck):
             channel.add(first, samples)
 
     def flags(self) -> list[Flag]:
-        found = []
+        flags = []
         for row, runs in enumerate(self._channels):
-            found += self._judge(row, runs)
-        return found
+            flags += self._judge(row, runs)
+        return flags
 
     def _judge(self, row: int, runs: _ConstantRuns) -> list[Flag]:
         name = self._recording.channels[row].name
@@ -331,12 +331,12 @@ class Drift(AbstractHealthCheck):
         slopes = (means - means.mean(axis=1, keepdims=True)) @ time / (time @ time)
         rest = means - means.mean(axis=1, keepdims=True) - np.outer(slopes, time)
         error = np.sqrt(np.sum(rest**2, axis=1) / (PARTS - 2) / (time @ time))
-        found = []
+        flags = []
         for row, channel in enumerate(self._recording.channels):
             change = abs(slopes[row])
             relative = change / spread[row] if spread[row] else 0.0
             if change > CERTAIN * error[row] and RELEVANT < relative < COUNTER:
-                found.append(
+                flags.append(
                     Flag(
                         "drift",
                         channel.name,
@@ -347,4 +347,4 @@ class Drift(AbstractHealthCheck):
                         self._recording.duration,
                     )
                 )
-        return found
+        return flags

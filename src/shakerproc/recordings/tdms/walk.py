@@ -139,19 +139,19 @@ def walk(file: BinaryIO) -> TdmsStructure:
     StructureError
         If a header says what cannot be; a file that merely stops early is no error.
     """
-    found = TdmsStructure(size=file.seek(0, os.SEEK_END))
-    if not found.size:
+    tdms_structure = TdmsStructure(size=file.seek(0, os.SEEK_END))
+    if not tdms_structure.size:
         raise StructureError(0, "the file is empty (0 bytes)")
     state = _State()
-    for number, lead in enumerate(_leads(file, found)):
+    for number, lead in enumerate(_leads(file, tdms_structure)):
         state.number = number
         _check_version(lead, state)
-        _read_metadata(file, lead, found, state)
-        _add_data(file, lead, found, state)
-    found.waveforms.finish()
-    if not found.known and not found.cut:
+        _read_metadata(file, lead, tdms_structure, state)
+        _add_data(file, lead, tdms_structure, state)
+    tdms_structure.waveforms.finish()
+    if not tdms_structure.known and not tdms_structure.cut:
         raise StructureError(0, "the file lists no groups")
-    return found
+    return tdms_structure
 
 
 @dataclass(slots=True)

@@ -59,11 +59,11 @@ def mode_sections(modes: ComparedModes | None) -> list[ReportSection]:
     table = filled(
         f"Modes of test {modes.test} and of the linear part of the model", _SHOWN, rows
     )
-    told = [modes.sentence]
+    sentences = [modes.sentence]
     if modes.shapes is not None:
-        told += [modes.shapes.sentence, _TOLD]
+        sentences += [modes.shapes.sentence, _TOLD]
     figures = [*_shapes(modes), *_macs(modes)]
-    return [ReportSection("Modes", "modes", told, [table], figures)]
+    return [ReportSection("Modes", "modes", sentences, [table], figures)]
 
 
 def _macs(modes: ComparedModes) -> Iterator[PageFigure]:
@@ -152,12 +152,15 @@ def _functions(comparison: FunctionComparison) -> ReportSection:
         for one in comparison.functions
     ]  # fmt: skip
     worst = sorted(comparison.functions, key=lambda one: -one.error)[:MOST_DRAWN]
-    told = [comparison.sentence, *(f"{note.removesuffix('.')}." for note in comparison.notes)]
+    sentences = [
+        comparison.sentence,
+        *(f"{note.removesuffix('.')}." for note in comparison.notes),
+    ]
     if len(worst) < len(comparison.functions):
-        told.append(f"The {MOST_DRAWN} with the largest errors are drawn.")
+        sentences.append(f"The {MOST_DRAWN} with the largest errors are drawn.")
     figures = [_figure(comparison, one) for one in worst]
     table = filled("Response functions, measured and of the model", columns, rows)
-    return ReportSection("Response functions", "functions", told, [table], figures)
+    return ReportSection("Response functions", "functions", sentences, [table], figures)
 
 
 def _figure(comparison: FunctionComparison, one: ComparedFunction) -> PageFigure:
@@ -287,18 +290,20 @@ def decay_sections(decays: Decays) -> list[ReportSection]:
 def _section(decays: Decays, index: int) -> ReportSection:
     test = decays.comparison.tests[index]
     name = test.measured.name
-    told = [f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in sentences_of(test)]
+    sentences = [
+        f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in sentences_of(test)
+    ]
     if decays.before is not None:
         old = decays.names[1]
-        told += [f"{old}: {text}" for text in sentences_of(decays.before.tests[index])]
+        sentences += [f"{old}: {text}" for text in sentences_of(decays.before.tests[index])]
     if index == 0:
-        told += [f"{text.removesuffix('.')}." for text in decays.comparison.left_out]
-    told += [f"{text.removesuffix('.')}." for text in test.measured.notes]
+        sentences += [f"{text.removesuffix('.')}." for text in decays.comparison.left_out]
+    sentences += [f"{text.removesuffix('.')}." for text in test.measured.notes]
     rows = [row for row in decay_rows(decays.comparison) if row["test"] == name]
     return ReportSection(
         f"Test {name}: frequency and damping against amplitude",
         f"decay_{index + 1}",
-        told,
+        sentences,
         [_table(rows)],
         [
             drawing(panel, f"{panel.title} of test {owner}", {})

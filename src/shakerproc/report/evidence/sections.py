@@ -150,11 +150,11 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Rep
     models : Models, optional
         The comparison that stands in the same report.
     """
-    told = [] if models is None else _limits(models.before)
+    sentences = [] if models is None else _limits(models.before)
     paragraphs = [
         f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
         *_signatures(diagnosis),
-        *(note for note in diagnosis.notes if note not in told),
+        *(note for note in diagnosis.notes if note not in sentences),
         *_confidence(diagnosis),
     ]
     if models is not None:
@@ -306,9 +306,9 @@ def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[Rep
 def joint_table(comparison: Comparison) -> ReportTable | None:
     """Return a row for each joint in the loudest test; None of a model without joints."""
     test = comparison.tests[loudest(comparison)]
-    told = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
+    sentences = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
     open_ = [one.displacement_rms or 0.0 for one in test.not_told]
-    unit, factor = shown_in("m", comparison.model.motion, max(told + open_, default=None))
+    unit, factor = shown_in("m", comparison.model.motion, max(sentences + open_, default=None))
     rows = [_joint_row(joint, factor) for joint in test.joints]
     rows += [_open(one, factor) for one in test.not_told]
     if not rows:

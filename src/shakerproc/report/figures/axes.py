@@ -106,11 +106,11 @@ def ticks(axis: Axis, steps: int = STEPS) -> list[float]:
     raw = (axis.high - axis.low) / steps
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw)
-    found = _multiples(step, axis)
-    if len(found) < 2:  # one number alone says no scale
+    values = _multiples(step, axis)
+    if len(values) < 2:  # one number alone says no scale
         finer = (_multiples(m * power, axis) for m in (5, 4, 2, 1))
-        return next((many for many in finer if len(many) > 1), found)
-    return found
+        return next((many for many in finer if len(many) > 1), values)
+    return values
 
 
 def _multiples(step: float, axis: Axis) -> list[float]:

@@ -162,7 +162,7 @@ def _section(one: TestForecast, forecast: CampaignForecast) -> ReportSection:
             "The planned profile, and the one that takes the least away and keeps every limit.",
             to_svg.plot(plot, title=plot.title, height=220),
         ))  # fmt: skip
-    told = f"{test.excitation}, {raised_level_text(test)}, {numeral(one.planned.duration, 4)} s"
+    text = f"{test.excitation}, {raised_level_text(test)}, {numeral(one.planned.duration, 4)} s"
     distance = (
         f"{numeral(one.distance_db)} dB above what was run" if one.distance_db > 0 else ""
     )
@@ -170,7 +170,7 @@ def _section(one: TestForecast, forecast: CampaignForecast) -> ReportSection:
         f"Test {test.id}: {verdict}",
         f"test-{test.id}",
         [
-            ", ".join(filter(None, (told, distance))) + ".",
+            ", ".join(filter(None, (text, distance))) + ".",
             *departures(one),
             *([] if one.notch is None else of_notches(one, one.notch)),
         ],

@@ -124,12 +124,12 @@ class Watched:
     @property
     def sentence(self) -> str:
         """The state in a sentence."""
-        told = f"Watched: this page reloads every {self.seconds} s"
+        text = f"Watched: this page reloads every {self.seconds} s"
         if not self.waiting:
-            return f"{told}."
+            return f"{text}."
         more = len(self.waiting) - _SHOWN
         names = ", ".join([*self.waiting[:_SHOWN], *([f"{more} more"] if more > 0 else [])])
-        return f"{told}. Waiting for the recordings of: {names}."
+        return f"{text}. Waiting for the recordings of: {names}."
 
 
 @dataclass(frozen=True, slots=True)

@@ -175,7 +175,7 @@ def _ranges() -> Callable[..., range]:
 def environment(template: Template | None = None) -> Environment:
     """Return the templates of the page, in a sandbox: no attribute that could do harm."""
     ours = PackageLoader("shakerproc.report.page")
-    found = _Sandbox(
+    sandbox = _Sandbox(
         loader=ours
         if template is None
         else ChoiceLoader([DictLoader({_OWN: template.text}), ours]),
@@ -184,8 +184,8 @@ def environment(template: Template | None = None) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.globals["range"] = _ranges()
-    return found
+    sandbox.globals["range"] = _ranges()
+    return sandbox
 
 
 def read_template(path: Path) -> Template:

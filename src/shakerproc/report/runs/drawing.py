@@ -97,8 +97,8 @@ def marked(drawing: PageFigure, run: RunSummary) -> PageFigure:
     """Return a drawing that says so where the recording was cut short."""
     if not run.incomplete:
         return drawing
-    told = run.status_text.replace("incomplete,", "INCOMPLETE:")
-    return replace(drawing, caption=f"{drawing.caption} {told}.")
+    text = run.status_text.replace("incomplete,", "INCOMPLETE:")
+    return replace(drawing, caption=f"{drawing.caption} {text}.")
 
 
 def _drawings(figure: Figure, test: str) -> list[PageFigure]:

@@ -176,21 +176,25 @@ def _each_way(content: RunContent, kind: str, unit: str | None = None) -> list[C
 
 def _harmonics_of_sweep(content: RunContent) -> list[Curve]:
     """Return harmonics over their fundamental, each named once whatever the sweeps."""
-    found, parts = [], list(dict.fromkeys(c.part for c in content.of("sweep_harmonic")))
+    curves, parts = [], list(dict.fromkeys(c.part for c in content.of("sweep_harmonic")))
     named: set[str] = set()
     for c in content.of("sweep_harmonic"):
         label = "" if c.part in named else c.part
         named.add(c.part)
-        found.append(Curve(label, c.x, c.y, parts.index(c.part) % len(RESPONSE_STYLES)))
-    return found
+        curves.append(Curve(label, c.x, c.y, parts.index(c.part) % len(RESPONSE_STYLES)))
+    return curves
 
 
 def _spans(content: RunContent) -> str:
     """Return from where to where each sweep goes, in words."""
     first = content.of("sweep")[0].channel
     own = [c for c in content.of("sweep") if c.channel == first]
-    told = [f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in own]
-    return f": {', '.join(told)}" if len(told) <= MOST_TOLD else f", {len(told)} sweeps"
+    sentences = [f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in own]
+    return (
+        f": {', '.join(sentences)}"
+        if len(sentences) <= MOST_TOLD
+        else f", {len(sentences)} sweeps"
+    )
 
 
 def _tallest(run: RunSummary, unit: str) -> str:
@@ -261,15 +265,15 @@ def _limits(
     control: ControlSummary, per_decade: float
 ) -> list[tuple[str, tuple[float, float], int]]:
     """Return name, values and style of the alarm and abort limits; 10 or 20 dB a decade."""
-    found = []
+    rows = []
     for name, decibels, number in (
         ("alarm", control.alarm_db, style.ALARM_STYLE),
         ("abort", control.abort_db, style.ABORT_STYLE),
     ):
         factor = 10.0 ** (decibels / per_decade)
         pair = (control.demanded / factor, control.demanded * factor)
-        found.append((f"{name} ±{decibels:g} dB", pair, number))
-    return found
+        rows.append((f"{name} ±{decibels:g} dB", pair, number))
+    return rows
 
 
 def _lines(
@@ -483,12 +487,12 @@ def _before_and_after(
     content: RunContent, curves: Sequence[RunCurve]
 ) -> dict[str, list[Curve]]:
     """Return the curves of each channel: before in grey, after in its colour."""
-    found: dict[str, list[Curve]] = {}
+    columns: dict[str, list[Curve]] = {}
     for c in curves:
         before = c.part == "before"
         number = style.CONTROL_STYLES[1] if before else content.styles[c.channel]
-        found.setdefault(c.channel, []).append(Curve(c.part, c.x, c.y, number))
-    return found
+        columns.setdefault(c.channel, []).append(Curve(c.part, c.x, c.y, number))
+    return columns
 
 
 def spectrogram(content: RunContent) -> Figure | None:

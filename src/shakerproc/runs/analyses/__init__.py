@@ -106,22 +106,22 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
     SpectrumError
         If the recording does not allow what is asked of this test itself.
     """
-    found: list[Analysis] = []
+    analyses: list[Analysis] = []
     notes = [*result.notes, *missing_functions(result)]
     for kind, one in ANALYSES.items():
         if not one.wanted(result):
             continue
         try:
-            analysis = _analysis(kind).of(recording, replace(result, analyses=tuple(found)))
+            analysis = _analysis(kind).of(recording, replace(result, analyses=tuple(analyses)))
         except SpectrumError as error:
             if kind not in result.test.processing.inherited:
                 raise
             notes.append(f"Left out: {error}")
         else:
-            found += [] if analysis is None else [analysis]
+            analyses += [] if analysis is None else [analysis]
     if result.tones is not None:
-        notes.append(_with_tones(found))
-    return replace(result, analyses=tuple(found), notes=tuple(notes))
+        notes.append(_with_tones(analyses))
+    return replace(result, analyses=tuple(analyses), notes=tuple(notes))
 
 
 def _with_tones(analyses: Sequence[Analysis]) -> str:

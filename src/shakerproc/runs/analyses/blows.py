@@ -73,24 +73,24 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
 def _cut_text(blows: Blows, added: float) -> list[str]:
     """Return how blows were cut; `added` is the damping of the window at 1 Hz [%]."""
     cut, rate = blows.setup.cut, blows.setup.cut.sample_rate
-    told = [
+    sentences = [
         f"Trigger at {numeral(blows.setup.strikes.level, 4)} N; blocks of "
         f"{numeral(cut.length / rate, 4)} s, {numeral(cut.before / rate)} s of them before the "
         f"trigger, {numeral(rate / cut.length)} Hz from line to line."
     ]
     if cut.force_window is not None:
-        told.append(
+        sentences.append(
             f"The force is set to 0 from {numeral(cut.force_window / rate)} s after the "
             "trigger on."
         )
     if cut.decay_rate:
-        told.append(
+        sentences.append(
             f"The exponential window (time constant {numeral(1.0 / cut.decay_rate, 4)} s) "
             f"lowers and widens the peaks that are drawn. It adds {numeral(added, 4)} % times "
             "1 Hz/f to a damping ratio at f. Natural frequency and damping in the table of "
             "resonances are without it."
         )
-    return told
+    return sentences
 
 
 def _reach(result: RunResult, blows: Blows) -> Iterator[str]:

@@ -113,7 +113,7 @@ def _tones(
     recording: Recording, result: RunResult, frequency: float, n_samples: int
 ) -> list[Tone | None]:
     """Return the tone of each stretch, looked for where it was last; None where none is."""
-    found: list[Tone | None] = []
+    tones: list[Tone | None] = []
     for start in range(result.crop.start, result.crop.stop - n_samples + 1, n_samples):
         samples = recording.samples(start, start + n_samples)
         try:
@@ -121,11 +121,11 @@ def _tones(
                 samples, result.sample_rate, result.controls, frequency=frequency, start=start
             )
         except SpectrumError:
-            found.append(None)
+            tones.append(None)
         else:
-            found.append(tone)
+            tones.append(tone)
             frequency = tone.frequency
-    return found
+    return tones
 
 
 def _dwell(result: RunResult, tones: Sequence[Tone | None], n_samples: int) -> _Dwell:

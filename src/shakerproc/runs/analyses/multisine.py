@@ -181,8 +181,8 @@ def sentence(
     """
     where = f"{name}, {numeral(band[0], 4)} to {numeral(band[1], 4)} Hz"
     if not shares:
-        told = "is not known" if noise is None else f"{_percent(noise)} of the response"
-        return f"{where}: noise {told}; distortion is not known."
+        text = "is not known" if noise is None else f"{_percent(noise)} of the response"
+        return f"{where}: noise {text}; distortion is not known."
     if noise is None:
         parts = [f"{NAMES[one.kind]} {_percent(one.value)}" for one in shares.values()]
         return f"{where}: {', '.join(parts)} of the response (rms), with the noise in them."
@@ -271,13 +271,13 @@ def _shared_lines(grid: LineGrid) -> str:
     """Return how far the realisations share their lines."""
     shared = int(np.sum(grid.n_exciting > 1))
     each = grid.excited_in.sum(axis=1)
-    told = (
+    text = (
         f"Each realisation excites lines of its own, {each.min()} to {each.max()} of them; "
         f"{shared} are excited in two or more"
     )
     if not shared:
-        return f"{told}: distortion at the excited lines is not known."
-    return f"{told} and tell the scatter. Each line is averaged over the realisations it has."
+        return f"{text}: distortion at the excited lines is not known."
+    return f"{text} and tell the scatter. Each line is averaged over the realisations it has."
 
 
 def _no_detection(reading: MultisineReading) -> str:

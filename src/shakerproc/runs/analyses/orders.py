@@ -156,18 +156,18 @@ def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotatio
     row = row_asked_for(recording.channels, wanted.tachometer, "orders", todo=todo)
     samples = recording.select([row]).samples(crop.start, crop.stop)[0]
     try:
-        found = _rotation(samples, recording, row, wanted)
+        shaft = _rotation(samples, recording, row, wanted)
     except SpectrumError as error:
         raise SpectrumError(
             f"orders: tachometer {wanted.tachometer}: {error}; check its cable and its range, "
             "or name another channel"
         ) from error
-    if found.revolutions < wanted.revolutions:
+    if shaft.revolutions < wanted.revolutions:
         raise SpectrumError(
-            f"orders: tachometer {wanted.tachometer}: {found.revolutions:g} revolutions in "
+            f"orders: tachometer {wanted.tachometer}: {shaft.revolutions:g} revolutions in "
             f"the run, where {wanted.revolutions:g} are needed; give fewer revolutions"
         )
-    return found
+    return shaft
 
 
 def _rotation(samples: FloatArray, recording: Recording, row: int, wanted: Orders) -> Rotation:

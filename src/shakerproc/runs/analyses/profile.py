@@ -67,14 +67,14 @@ class ProfileJudgement(AbstractAnalysis):
         rows = levels.watched_in(result.channels, profile.signal_unit)
         if not rows:
             role = "force" if profile.signal_unit in FORCES else "control"
-            told = f"The profile {profile.name} is not judged: no channel has the role {role}."
-            return Analysis(self.kind, "Profile", {}, (), (), (), (told,))
+            text = f"The profile {profile.name} is not judged: no channel has the role {role}."
+            return Analysis(self.kind, "Profile", {}, (), (), (), (text,))
         judged = _judged(result, profile, rows)
         if not judged.frequency.size:
-            told = (
+            text = (
                 f"The profile {profile.name} is not judged: nothing was measured in its band."
             )
-            return Analysis(self.kind, "Profile", {}, (), (), (), (told,))
+            return Analysis(self.kind, "Profile", {}, (), (), (), (text,))
         lines = lines_of(profile, judged.frequency)
         demand = profile_at(judged.frequency, *_points(profile))
         rms = _rms(result, profile, rows)

@@ -156,15 +156,15 @@ def _paper(
         return [], []
     low, high = (10.0 ** f(np.log10(v)) for f, v in
                  ((np.floor, positive.min()), (np.ceil, positive.max())))  # fmt: skip
-    found: list[list[PanelLine]] = []
+    rows: list[list[PanelLine]] = []
     for of_unit, unit in ((omega, "m"), (STANDARD_GRAVITY / omega, "g")):
         first = np.floor(np.log10(low / of_unit.max())) + 1
         last = np.ceil(np.log10(high / of_unit.min())) - 1
-        found.append([
+        rows.append([
             PanelLine(_named(10.0**power, unit), x, 10.0**power * of_unit, look="paper")
             for power in np.arange(first, last + 1)
         ])
-    return found[0], found[1]
+    return rows[0], rows[1]
 
 
 def _named(value: float, unit: str) -> str:

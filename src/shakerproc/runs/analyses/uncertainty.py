@@ -207,13 +207,13 @@ def _chance(
     first, last = tallest_bins(of.values, of.errors, k, 0.5 ** (1.0 / of.power))
     many = max(1.0, (last - first + 1) * cross.bin_width / cross.resolution)
     spread = float(of.values[k]) * float(of.errors[k])
-    told = f"{numeral(many, 2)} bins that chance does not tell apart"
+    text = f"{numeral(many, 2)} bins that chance does not tell apart"
     reach = max(abs(float(cross.frequency[m]) - at) for m in (first, last))
-    place = [rectangular("random", reach, told)] if last > first else []
+    place = [rectangular("random", reach, text)] if last > first else []
     return place, [
         normal("random", spread, 1.0, "scatter of the averages"),
         rectangular(
-            "random", spread * float(np.sqrt(2.0 * np.log(many))), f"tallest of {told}"
+            "random", spread * float(np.sqrt(2.0 * np.log(many))), f"tallest of {text}"
         ),
     ]
 

@@ -75,12 +75,12 @@ class Response:
         """
         if all(is_linear(branch.balance.system) for branch in self.branches):
             return ()  # there is one motion at every frequency
-        told = []
+        sentences = []
         if not any(_cut_short(branch) for branch in self.branches):
             for edge in self.band:
                 count = sum(_crossings(branch, edge) for branch in self.branches)
                 if count % 2 == 0:
-                    told.append(
+                    sentences.append(
                         f"at {edge:g} Hz {count} motions were found, an even number: at least "
                         f"one more goes on there and was not followed; widen the band"
                     )
@@ -90,15 +90,15 @@ class Response:
             if any(_crossings(branch, edge) for branch in self.branches)
         ]
         if beyond:
-            told.append(f"the curves beyond {' and '.join(beyond)}")
+            sentences.append(f"the curves beyond {' and '.join(beyond)}")
         begun = "at the ends of the band"
         if not any(_whole(branch, self.band) for branch in self.branches):
             begun += " and near the resonances"
-        told.append(
+        sentences.append(
             f"isolated branches, and others that are not reached from where the curves begin "
             f"({begun}); a wider band may join them"
         )
-        return tuple(told)
+        return tuple(sentences)
 
 
 def frequency_response(

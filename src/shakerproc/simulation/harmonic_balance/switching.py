@@ -92,12 +92,12 @@ def branches_off(branch: Branch, band: tuple[float, float]) -> tuple[Branch, ...
     band : tuple of float
         Frequencies of the excitation [Hz].
     """
-    found: list[Branch] = []
+    branches: list[Branch] = []
     for mark in branch.marks:
         other = None if mark.kind == "fold" else branch_off(branch, mark, band)
-        if other is not None and not any(_same_branch(known, other) for known in found):
-            found.append(other)
-    return tuple(found)
+        if other is not None and not any(_same_branch(known, other) for known in branches):
+            branches.append(other)
+    return tuple(branches)
 
 
 def _same_branch(known: Branch, other: Branch) -> bool:

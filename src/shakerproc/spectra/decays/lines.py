@@ -395,7 +395,7 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_ModeLines]) -> li
     A mode whose frequency shifts while it decays has a spectrum of several lines, which one by
     one look like modes. They are one where their sum never grows: two modes beat.
     """
-    found: list[_ModeLines] = []
+    mode_lines: list[_ModeLines] = []
     while alone:
         last = max(
             i for i, one in enumerate(alone)
@@ -404,15 +404,15 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_ModeLines]) -> li
         while last > 0:
             joined = _joined(alone[: last + 1])
             row = int(np.argmax(joined.over))
-            line = _line(joined, [*found, joined, *alone[last + 1 :]], 0.5 * sample_rate)
+            line = _line(joined, [*mode_lines, joined, *alone[last + 1 :]], 0.5 * sample_rate)
             if joined.span <= 2.0 * PASS_EDGE * line.distance and never_grows(
                 rest[row], sample_rate, line
             ):
                 break
             last -= 1
-        found.append(_joined(alone[: last + 1]))
+        mode_lines.append(_joined(alone[: last + 1]))
         alone = alone[last + 1 :]
-    return found
+    return mode_lines
 
 
 def _joined(lines: Sequence[_ModeLines]) -> _ModeLines:

@@ -199,13 +199,13 @@ def fitted_modes(
     )
     ratio = first * frequency[0] / frequency
     fit = fit_modes(shape, data.values[bins], data.errors[bins], frequency, ratio)
-    found = _refitted(spectra, data, shape, fit)
-    while found.scale > 1.0 and found.fit.frequency.size < MOST_MODES:
-        more = _with_further_mode(spectra, data, shape, found, maxima)
+    reading = _refitted(spectra, data, shape, fit)
+    while reading.scale > 1.0 and reading.fit.frequency.size < MOST_MODES:
+        more = _with_further_mode(spectra, data, shape, reading, maxima)
         if more is None:
             break
-        found = more
-    return found
+        reading = more
+    return reading
 
 
 def _kernel(spectra: CrossSpectra) -> AbstractCorrelation:

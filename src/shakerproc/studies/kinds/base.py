@@ -305,14 +305,14 @@ def _chaos(findings: Sequence[JobFinding], several: int) -> tuple[str, ...]:
     if not chaotic:
         return ()
     largest = max(one["growth"] for one in chaotic)
-    told = (
+    text = (
         f"what is read of them is the mean of {several} neighbouring runs"
         if several >= 2
         else "what is read of them is of a single run, and another run differs"
     )
     return (
         f"{len(chaotic)} of {len(findings)} runs are chaotic: ensemble only (a disturbance of "
-        f"1e-10 grows up to {largest:.1e} times); {told}",
+        f"1e-10 grows up to {largest:.1e} times); {text}",
     )
 
 
