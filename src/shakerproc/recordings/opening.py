@@ -36,7 +36,7 @@ from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open, 
 from shakerproc.recordings.own_process import opened_apart
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
-from shakerproc.recordings.si import Scale, doubtful_units, scale_of
+from shakerproc.recordings.si import UnitScale, doubtful_units, scale_of
 from shakerproc.recordings.source_files import FileHash, WatchedFile, open_regular
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
@@ -558,7 +558,7 @@ def _placed(skipped: SkippedRows | None, timing: Timing) -> SkippedRows | None:
     return replace(skipped, first=first, last=last)
 
 
-def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Channel:
+def _channel(channel: RawChannel, use: ChannelUse | None, scale: UnitScale) -> Channel:
     return Channel(
         name=(use.name if use else None) or channel.name,
         unit=scale.unit,

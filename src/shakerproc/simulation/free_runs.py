@@ -19,7 +19,7 @@ from shakerproc.simulation.assembly import System, assemble, build_store
 from shakerproc.simulation.inputs import Input
 from shakerproc.simulation.kernels.carried_forces import CarriedForces, room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS
-from shakerproc.simulation.kernels.table import Series, Store, room_for_series
+from shakerproc.simulation.kernels.table import MotionSeries, Store, room_for_series
 from shakerproc.simulation.kernels.windows import Nudges, walk_windows
 from shakerproc.simulation.response import (
     NO_TABLEAU,
@@ -223,7 +223,7 @@ class _Room:
     """Propagators of a model, and the arrays that the compiled stepper writes to."""
 
     store: Store
-    series: Series
+    series: MotionSeries
     steps: FloatArray
     carried: CarriedForces
     work: FloatArray

@@ -22,7 +22,7 @@ from shakerproc.simulation.kernels.table import (
     STATE,
     VELOCITY,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.laws.table import event, law_series
@@ -33,7 +33,7 @@ _TERMS: Final = 14
 
 @inlined
 def _accelerate_linear(
-    machine: Machine, order: int, store: Store, unit: int, series: Series
+    machine: Machine, order: int, store: Store, unit: int, series: MotionSeries
 ) -> None:
     """Do as `motion.accelerate_here`, with 1 N of one carried force and none of the others."""
     n, n_lines = machine.mass.size, machine.lines.shape[0]
@@ -68,7 +68,7 @@ def _accelerate_linear(
 
 @compiled
 def set_rates_and_events(
-    machine: Machine, combinations: NDArray[np.int64], series: Series, store: Store
+    machine: Machine, combinations: NDArray[np.int64], series: MotionSeries, store: Store
 ) -> None:
     """Set the fields `system`, `push`, `events`, `which` and `n_events` of a store.
 
@@ -81,7 +81,7 @@ def set_rates_and_events(
         The model; its branches are written to.
     combinations : (s, r) array of int
         Branch of each line.
-    series : Series
+    series : MotionSeries
         Room.
     store : Store
         Zeros.

@@ -14,7 +14,7 @@ from shakerproc.simulation.kernels.table import (
     STATE,
     VELOCITY,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.laws.table import law_series
@@ -80,7 +80,7 @@ def _move_on(
     slot: int,
     order: int,
     factor: float,
-    series: Series,
+    series: MotionSeries,
     room: CarriedForces,
     n: int,
     n_y: int,
@@ -115,7 +115,7 @@ def ask(
     step: float,
     orders: int,
     slopes: int,
-    series: Series,
+    series: MotionSeries,
     room: CarriedForces,
     n: int,
     n_y: int,
@@ -159,7 +159,7 @@ def ask(
 
 @inlined
 def note(
-    machine: Machine, store: Store, side: int, y: FloatArray, series: Series,
+    machine: Machine, store: Store, side: int, y: FloatArray, series: MotionSeries,
     room: CarriedForces, n: int,
 ) -> None:  # fmt: skip
     """Write down the motion across the carried lines at the start (0) or the end (1)."""
@@ -259,7 +259,7 @@ def set_out(
     slot: int,
     time: float,
     step: float,
-    series: Series,
+    series: MotionSeries,
     room: CarriedForces,
     n: int,
     n_y: int,

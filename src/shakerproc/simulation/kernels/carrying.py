@@ -40,7 +40,7 @@ from shakerproc.simulation.kernels.table import (
     LAW,
     STATE,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.kernels.taylor import even_out, shift, slot_of
@@ -177,7 +177,7 @@ def _settle(
     warm: bool,
     shrinking: float,
     scales: FloatArray,
-    series: Series,
+    series: MotionSeries,
     room: CarriedForces,
     n: int,
     n_y: int,
@@ -260,7 +260,7 @@ def carry(
     sample: float,
     tolerance: float,
     scales: FloatArray,
-    series: Series,
+    series: MotionSeries,
     room: CarriedForces,
     motion: FloatArray,
     accelerations: FloatArray,

@@ -19,7 +19,7 @@ from shakerproc.simulation.kernels.table import (
     MEMORY,
     STATE,
     Machine,
-    Series,
+    MotionSeries,
 )
 from shakerproc.simulation.kernels.taylor import even_out, event_noise
 from shakerproc.simulation.laws.table import event
@@ -38,7 +38,7 @@ MOST_STEPS: Final = 20_000
 
 @inlined
 def _rates(
-    machine: Machine, pieces: FloatArray, j: int, at: float, sample: float, series: Series
+    machine: Machine, pieces: FloatArray, j: int, at: float, sample: float, series: MotionSeries
 ) -> None:
     """Set accelerations, rates of states and all lines at a share of a sample."""
     series.w[0] = value(pieces[j], 0, pieces.shape[1] - 1, at)
@@ -54,7 +54,7 @@ def _step(
     at: float,
     share: float,
     sample: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
 ) -> None:
     """Take one step from the motion in row START; the end goes to row END and to order 0.
@@ -115,7 +115,7 @@ def _error(
 
 
 @inner
-def _watch(machine: Machine, series: Series, out: FloatArray) -> None:
+def _watch(machine: Machine, series: MotionSeries, out: FloatArray) -> None:
     """Set every event from the lines in order 0: by how much it has happened."""
     for row in range(machine.lines.shape[0]):
         for which in range(2):
@@ -185,7 +185,7 @@ def _locate(
     sample: float,
     e: int,
     noise: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
 ) -> float:
     """Return the length of the step that ends at an event (false position, Illinois).
@@ -233,7 +233,7 @@ def one_sample(
     wanted: float,
     sample: float,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
     scales: FloatArray,
     stats: FloatArray,
@@ -320,7 +320,7 @@ def integrate_dop853(
     sample: float,
     stride: int,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
     scales: FloatArray,
     motion: FloatArray,

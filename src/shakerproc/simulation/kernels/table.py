@@ -150,7 +150,7 @@ FORCE_TERMS: Final = 6
 HIGHEST: Final = 24
 """Highest order of a Taylor series."""
 
-DISPLACEMENT: Final = 0  # planes of `lines` in Series, and quantities that events watch
+DISPLACEMENT: Final = 0  # planes of `lines` in MotionSeries, and quantities that events watch
 VELOCITY: Final = 1
 HOLDING: Final = 2  # the force that keeps a sticking line at rest
 STATE: Final = 3
@@ -158,7 +158,7 @@ BASE: Final = 4  # the first of the planes that a law may use as it likes
 PLANES: Final = 20
 
 
-class Series(NamedTuple):
+class MotionSeries(NamedTuple):
     """Taylor coefficients over a step, in powers of the share of it that has passed.
 
     Attributes
@@ -183,11 +183,11 @@ class Series(NamedTuple):
     stuck: NDArray[np.int64]
 
 
-def room_for_series(machine: Machine, n_states: int) -> Series:
+def room_for_series(machine: Machine, n_states: int) -> MotionSeries:
     """Return empty series."""
     n, n_lines = machine.mass.size, len(machine.lines)
     orders = HIGHEST + 2
-    return Series(
+    return MotionSeries(
         np.zeros((2 * n + n_states, orders)),
         np.zeros((n + len(machine.reading), orders)),
         np.zeros(orders),

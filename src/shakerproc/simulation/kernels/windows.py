@@ -29,7 +29,7 @@ from shakerproc.simulation.kernels.table import (
     MEMORY,
     SERIES,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.kernels.taylor import careful
@@ -70,7 +70,12 @@ def held_until(nudges: Nudges, first: int) -> int:
 
 @inner
 def nudge(
-    machine: Machine, nudges: Nudges, sample: int, time: float, period: float, series: Series
+    machine: Machine,
+    nudges: Nudges,
+    sample: int,
+    time: float,
+    period: float,
+    series: MotionSeries,
 ) -> None:
     """Move the motion in order 0 towards the measurement at a sample.
 
@@ -97,7 +102,7 @@ def nudge(
 
 
 @inlined
-def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
+def _go_on(machine: Machine, row: int, period: float, series: MotionSeries) -> None:
     """Set the branch of a line whose motion was changed, with its memory kept."""
     n, law, mode = machine.mass.size, machine.lines[row, LAW], machine.mode[row, 0]
     displacement = between(machine, row, series.y, 0, 0)
@@ -123,7 +128,7 @@ def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
 
 @inlined
 def _resists(
-    machine: Machine, row: int, velocity: float, period: float, series: Series
+    machine: Machine, row: int, velocity: float, period: float, series: MotionSeries
 ) -> bool:
     """Return whether a joint that sticks takes a nudge up, and if so take it away.
 
@@ -172,7 +177,7 @@ def _walk(
     before: int,
     sample: float,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     room: FloatArray,
     forces: CarriedForces,
     work: FloatArray,
@@ -242,7 +247,7 @@ def _nudge_here(
     j: int,
     stride: int,
     sample: float,
-    series: Series,
+    series: MotionSeries,
     until: int,
 ) -> None:
     """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`."""
@@ -268,7 +273,7 @@ def walk_windows(
     starts: FloatArray,
     least: FloatArray,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     room: FloatArray,
     forces: CarriedForces,
     work: FloatArray,
@@ -310,7 +315,7 @@ def walk_windows(
         Least size of each motion that errors are compared with.
     tolerance : float
         Truncation of a series, as a share of the largest motion so far [-].
-    series : Series
+    series : MotionSeries
         Room.
     room : (4, any) array
         Room for as many numbers in a row as there are orders, motions or events.
