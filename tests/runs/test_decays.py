@@ -71,8 +71,8 @@ def test_every_mode_of_a_blow_comes_back_by_both_methods(struck_once):
 
 def test_a_free_decay_has_neither_density_peaks_nor_functions_of_one_average(struck_once):
     result = processed(struck_once)
-    assert result.bounds is None
-    assert not any(result.psd_peaks)
+    assert result.averages.bounds is None
+    assert not any(result.averages.psd_peaks)
     assert {one.kind for one in result.analyses} == {"decays"}
 
 

@@ -274,7 +274,7 @@ def test_a_multisine_that_the_log_calls_random_is_processed_all_the_same():
     )
     channels = (replace(CHANNELS[0], role="response"), CHANNELS[1])
     rows = recording_of_arrays("run", channels, np.array([force, response]), RATE)
-    assert process_recording(rows, test).psd.shape[0] == 2
+    assert process_recording(rows, test).averages.psd.shape[0] == 2
 
 
 def test_a_base_that_shakes_is_the_mean_of_its_controls():

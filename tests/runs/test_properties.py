@@ -39,9 +39,11 @@ def test_a_louder_recording_has_the_same_peaks_and_responses(seed, times):
     samples = shaken(seed)
     quiet, loud = processed(samples), processed(times * samples)
     np.testing.assert_allclose(loud.psd, times**2 * quiet.psd, rtol=1e-9)
-    np.testing.assert_allclose(loud.statistics.rms, times * quiet.statistics.rms, rtol=1e-9)
+    np.testing.assert_allclose(
+        loud.averages.statistics.rms, times * quiet.averages.statistics.rms, rtol=1e-9
+    )
     np.testing.assert_allclose(loud.against.h1, quiet.against.h1, rtol=1e-6, atol=1e-9)
-    found = [[p.peak.frequency for p in run.psd_peaks[1]] for run in (quiet, loud)]
+    found = [[p.peak.frequency for p in run.averages.psd_peaks[1]] for run in (quiet, loud)]
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
 
 

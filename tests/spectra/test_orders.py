@@ -223,9 +223,14 @@ def test_a_tachometer_is_no_response():
     )
     found = with_tachometer("tachometer", asked)
     assert [c.name for c in found.channels] == ["base", "bearing"]
-    assert found.channels[found.loudest].name == "bearing"
-    assert len(found.psd) == len(found.bounds.low) == found.statistics.rms.size == 2
-    assert not found.unused
+    assert found.channels[found.averages.loudest].name == "bearing"
+    assert (
+        len(found.averages.psd)
+        == len(found.averages.bounds.low)
+        == found.averages.statistics.rms.size
+        == 2
+    )
+    assert not found.recorded.unused
     for one in found.analyses:
         assert {row["channel"] for row in one.summary} == {"base", "bearing"}
     orders = next(one for one in found.analyses if one.kind == "orders")
@@ -237,7 +242,7 @@ def test_a_tachometer_is_no_response():
 
 def test_a_tachometer_of_which_nothing_is_asked_is_named_as_unused():
     found = with_tachometer("tachometer", Processing(crop=None))
-    assert [(c.name, c.why) for c in found.unused] == [
+    assert [(c.name, c.why) for c in found.recorded.unused] == [
         ("tacho", "a tachometer, of which no orders are asked for")
     ]
 

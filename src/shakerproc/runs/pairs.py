@@ -384,12 +384,12 @@ def _independent_power(
     """Return where the inputs have power of their own."""
     rows = list(inputs)
     own = spectra.psd(cross)[rows].sum(axis=0)
-    return np.asarray(own >= OWN * result.psd[rows].sum(axis=0))
+    return np.asarray(own >= OWN * result.averages.psd[rows].sum(axis=0))
 
 
 def _decays_once(result: RunResult) -> bool:
     """Return whether its spectra are averages over one decay, of which no function is had."""
-    return result.test.rings and result.blows is None
+    return result.test.rings and result.over_time.blows is None
 
 
 def _pair(
@@ -410,7 +410,7 @@ def _pair(
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     unit, factor = shown_ratio(of, over)
     limits, _ = spectra.response_bounds(cross, *rows)
-    density = result.psd[list(inputs)].mean(axis=0)
+    density = result.averages.psd[list(inputs)].mean(axis=0)
     there = audible(result.spectra.frequency, density, result.band)
     scale = np.where(there, factor, np.nan)
     return ChannelPair(
@@ -452,5 +452,5 @@ def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:
 
 
 def _driven(result: RunResult, inputs: Sequence[int]) -> BoolArray:
-    density = result.psd[list(inputs)].mean(axis=0)
+    density = result.averages.psd[list(inputs)].mean(axis=0)
     return spectra.driven(result.spectra.frequency, density, result.band)

@@ -278,7 +278,7 @@ class Run(Shown):
 
         asked = text_of("figure", figure, "the name of a figure")
         chosen = (choice_of("figure", asked, IN_FILES, "a figure"),) if asked else _USUAL
-        title = title_of(self.result.test, self.result.run)
+        title = title_of(self.result.test, self.result.recorded.run)
         for name in chosen:
             drawn = run_figure(self.result, name, title)
             if drawn is not None:

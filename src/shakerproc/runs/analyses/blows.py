@@ -40,9 +40,9 @@ class BlowAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the blows of a run; None where it was not struck."""
         del recording
-        if result.blows is None:
+        if result.over_time.blows is None:
             return None
-        found, rate = result.blows, result.sample_rate
+        found, rate = result.over_time.blows, result.recorded.sample_rate
         rows = tuple(_row(i, blow, rate) for i, blow in enumerate(found.blows, 1))
         return Analysis(
             kind=self.kind,
@@ -95,7 +95,7 @@ def _cut_text(blows: Blows, added: float) -> list[str]:
 
 def _reach(result: RunResult, blows: Blows) -> Iterator[str]:
     """Yield where the force has fallen by 20 dB, if it does within the band."""
-    frequency, force = result.spectra.frequency, result.psd[blows.setup.force]
+    frequency, force = result.spectra.frequency, result.averages.psd[blows.setup.force]
     inside = excited(frequency, result.band)
     weak = frequency[inside & (force < FALLEN * force[inside].max())]
     if weak.size:

@@ -272,7 +272,7 @@ def _modes(recording: Recording, result: RunResult) -> tuple[list[DecayMode], fl
     SpectrumError
         If there is none.
     """
-    channels, crop, rate = result.channels, result.crop, result.sample_rate
+    channels, crop, rate = result.channels, result.crop, result.recorded.sample_rate
     driving = {"control"} if result.controls else {"force"}
     inputs = [i for i, c in enumerate(channels) if c.role in driving]
     rows = [

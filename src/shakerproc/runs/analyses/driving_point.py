@@ -62,7 +62,11 @@ def _at_the_force(
 
 def _share(result: RunResult, force: int, row: int, sense: float) -> float:
     """Return the share of the power that goes in, a hammer with negative blows turned round."""
-    turned = 1.0 if result.blows is None else float(result.blows.setup.strikes.sign)
+    turned = (
+        1.0
+        if result.over_time.blows is None
+        else float(result.over_time.blows.setup.strikes.sign)
+    )
     unit = result.channels[row].unit
     return sense * turned * power_share(result.spectra, force, row, unit, result.band)
 

@@ -80,8 +80,8 @@ class DwellAnalysis(AbstractAnalysis):
             summary=tuple(_row(result, k, found) for k in range(len(result.responses))),
             panels=tuple(_panels(result, found)),
             sentences=(
-                f"Read in stretches of {numeral(n_samples / result.sample_rate)} s; drift is "
-                "from the first tenth of them to the last.",
+                f"Read in stretches of {numeral(n_samples / result.recorded.sample_rate)} s; "
+                "drift is from the first tenth of them to the last.",
                 *(
                     [f"In {lost} of {len(tones)} stretches the control is no sine."]
                     * bool(lost)
@@ -98,7 +98,7 @@ def _stretch(result: RunResult, frequency: float, every: float | None) -> int:
     SpectrumError
         If the run holds fewer than `FEWEST` of them.
     """
-    n_samples, rate = result.crop.n_samples, result.sample_rate
+    n_samples, rate = result.crop.n_samples, result.recorded.sample_rate
     wanted = max(n_samples / MOST, PERIODS * rate / frequency)
     stretch = int(np.ceil(wanted if every is None else every * rate))
     if n_samples < FEWEST * stretch:
@@ -118,7 +118,11 @@ def _tones(
         samples = recording.samples(start, start + n_samples)
         try:
             tone = spectra.tone_response(
-                samples, result.sample_rate, result.controls, frequency=frequency, start=start
+                samples,
+                result.recorded.sample_rate,
+                result.controls,
+                frequency=frequency,
+                start=start,
             )
         except SpectrumError:
             tones.append(None)
@@ -141,7 +145,7 @@ def _dwell(result: RunResult, tones: Sequence[Tone | None], n_samples: int) -> _
     phase = np.full(gain.shape, np.nan)
     phase[:, known] = np.degrees(np.unwrap(np.angle(gain[:, known])))
     middle = result.crop.start + (number + 0.5) * n_samples
-    time: FloatArray = np.asarray(middle / result.sample_rate)
+    time: FloatArray = np.asarray(middle / result.recorded.sample_rate)
     return _Dwell(time, frequency, control, np.abs(gain), phase)
 
 

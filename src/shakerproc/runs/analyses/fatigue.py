@@ -33,7 +33,7 @@ class FatigueAnalysis(AbstractAnalysis):
         )
         found = fatigue_spectra(
             offset_free(recording.select(rows), result, rows),
-            result.sample_rate,
+            result.recorded.sample_rate,
             frequency,
             damping=wanted.damping,
             exponent=wanted.exponent,

@@ -101,7 +101,7 @@ def read_multisine(
         If there is no input or no response, or the run does not repeat as the log says.
     """
     driving, rows = _roles(result)
-    crop, rate = result.crop, result.sample_rate
+    crop, rate = result.crop, result.recorded.sample_rate
     if crop.n_samples * len(result.channels) > LONGEST:
         raise SpectrumError(
             f"{numeral(crop.n_samples / rate)} s of {len(result.channels)} channels are too "

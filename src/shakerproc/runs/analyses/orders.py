@@ -55,7 +55,7 @@ class OrderAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the orders of every channel but the tachometer."""
         wanted = result.test.processing.orders
-        shaft = result.shaft
+        shaft = result.over_time.shaft
         if wanted is None or shaft is None:
             return None
         _check_distance(wanted)
@@ -105,7 +105,7 @@ def _thinned(shaft: Rotation, wanted: Orders) -> list[str]:
 
 def _irregular(shaft: Rotation, wanted: Orders, result: RunResult) -> list[str]:
     """Return sentences that say which pulses are missing and which are one too many."""
-    start = result.crop.start / result.sample_rate
+    start = result.crop.start / result.recorded.sample_rate
     pulses = shaft.pulses
     return [
         f"Tachometer {wanted.tachometer}: {how} at {_listed(times + start)}; {done}."
@@ -201,7 +201,7 @@ def _tracked(
     middles = np.linspace(half, shaft.revolutions - half, n)
     ends = np.array([shaft.time(middles - half), shaft.time(middles + half)])
     speed = wanted.revolutions / (ends[1] - ends[0])  # of each stretch, revolutions per second
-    highest, rate = max(wanted.track), result.sample_rate
+    highest, rate = max(wanted.track), result.recorded.sample_rate
     if highest * speed.max() >= 0.5 * rate:
         raise SpectrumError(
             f"orders: order {highest:g} reaches {numeral(highest * speed.max(), 4)} Hz at "

@@ -162,9 +162,9 @@ def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) ->
     unit = result.channels[rows[0]].unit
     return JudgedControl(
         frequency[inside],
-        result.psd[list(rows)].mean(axis=0)[inside],
+        result.averages.psd[list(rows)].mean(axis=0)[inside],
         {
-            result.channels[i].name: result.psd[i][inside]
+            result.channels[i].name: result.averages.psd[i][inside]
             for i in result.responses
             if result.channels[i].unit == unit and i not in rows
         },
@@ -173,7 +173,7 @@ def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) ->
 
 
 def _judged_sweep(result: RunResult, profile: Profile) -> JudgedControl:
-    sweeps = result.tracking.sweeps
+    sweeps = result.over_time.tracking.sweeps
     parts = [
         (s.frequency[inner], s.control[inner], np.abs(s.harmonics[:, 0])[:, inner])
         for s in sweeps
@@ -246,7 +246,9 @@ def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
 
 
 def _rms_band(result: RunResult, profile: Profile) -> tuple[float, float]:
-    return profile.frequency_hz[0], min(profile.frequency_hz[-1], result.sample_rate / 2.0)
+    return profile.frequency_hz[0], min(
+        profile.frequency_hz[-1], result.recorded.sample_rate / 2.0
+    )
 
 
 def _rms(result: RunResult, profile: Profile, rows: Sequence[int]) -> dict[str, Cell]:

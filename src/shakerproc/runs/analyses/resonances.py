@@ -83,14 +83,19 @@ def _errors(result: RunResult, pair: ChannelPair) -> FloatArray | None:
     One average has no coherence; of one blow it is that of noise as before the blow, white,
     where enough samples lie there to know it.
     """
-    cross, blows = pair.cross, result.blows
+    cross, blows = pair.cross, result.over_time.blows
     if cross.effective_averages <= 1.0:
         if blows is None or np.isnan(blows.noise).any():
             return None
         chosen = [*pair.inputs, pair.row]
         noise = blows.noise_density[chosen, np.newaxis]
         shares = np.full((len(chosen), cross.frequency.size), np.inf)
-        np.divide(noise, result.psd[chosen], out=shares, where=result.psd[chosen] > 0.0)
+        np.divide(
+            noise,
+            result.averages.psd[chosen],
+            out=shares,
+            where=result.averages.psd[chosen] > 0.0,
+        )
         return np.asarray(np.sqrt(0.5 * shares.sum(axis=0)))
     return spectra.gain_random_error(
         np.clip(pair.coherence, 0.0, 1.0), cross.effective_averages

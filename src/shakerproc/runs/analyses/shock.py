@@ -41,7 +41,7 @@ class ShockAnalysis(AbstractAnalysis):
             result, (wanted.low, wanted.high), wanted.per_octave, self.kind
         )
         blocks = offset_free(recording.select(rows), result, rows)
-        found = shock_spectra(blocks, result.sample_rate, frequency, wanted.damping)
+        found = shock_spectra(blocks, result.recorded.sample_rate, frequency, wanted.damping)
         names = [result.channels[i].name for i in rows]
         return Analysis(
             kind=self.kind,
@@ -57,7 +57,7 @@ class ShockAnalysis(AbstractAnalysis):
 
 
 def _loudest(result: RunResult, rows: list[int]) -> int:
-    return rows.index(result.loudest) if result.loudest in rows else 0
+    return rows.index(result.averages.loudest) if result.averages.loudest in rows else 0
 
 
 def _columns(spectra: ShockSpectra, names: list[str]) -> dict[str, FloatArray]:

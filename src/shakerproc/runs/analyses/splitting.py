@@ -232,8 +232,8 @@ class _LevelRun:
     def __init__(self, recording: Recording, result: RunResult, rows: Sequence[int]) -> None:
         self.recording, self.result = recording, result
         self.names = [result.channels[i].name for i in rows]
-        self.mean = result.statistics.mean[list(rows), np.newaxis]
-        self.start = result.crop.start / result.sample_rate
+        self.mean = result.averages.statistics.mean[list(rows), np.newaxis]
+        self.start = result.crop.start / result.recorded.sample_rate
 
     def cells(self, wanted: Splitting) -> Cells:
         """Return the cells of the run.
@@ -243,7 +243,7 @@ class _LevelRun:
         SpectrumError
             If it is shorter than a stationary part.
         """
-        rate, samples = self.result.sample_rate, self.result.crop.n_samples
+        rate, samples = self.result.recorded.sample_rate, self.result.crop.n_samples
         length = max(LEAST_CELL, round(CELL * rate))
         if samples < max(length, wanted.shortest * rate):
             raise SpectrumError(

@@ -205,7 +205,7 @@ class ToneAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the tones of a run; None where none are taken out of it."""
         del recording  # they stand in the result
-        tones = result.tones
+        tones = result.over_time.tones
         if tones is None:
             return None
         unit, factor = shown_unit(_control_unit(result))

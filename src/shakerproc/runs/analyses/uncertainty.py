@@ -96,17 +96,18 @@ def peak_budgets(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]
     """
     for i in range(len(result.channels)) if is_random(result) else ():
         density = _density(result, quiet, i)
-        for found in result.psd_peaks[i]:
+        for found in result.averages.psd_peaks[i]:
             yield from _of_peak(result, density, found)
     for row, i in enumerate(result.responses):
-        if result.against is not None and result.response_peaks[i]:
+        if result.averages.against is not None and result.averages.response_peaks[i]:
             unit, factor = shown_ratio(*result.units_of_response(i))
             function = _function(
                 result, (result.channels[i].name, unit or "1", factor),
-                np.abs(result.against.h1[row]) * factor, result.against.coherence[row],
+                np.abs(result.averages.against.h1[row]) * factor,
+                result.averages.against.coherence[row],
                 over_mean(i, result.controls),
             )  # fmt: skip
-            for found in result.response_peaks[i]:
+            for found in result.averages.response_peaks[i]:
                 yield from _of_peak(result, function, found)
     for function, found in _resonances(result):
         yield from _of_peak(result, function, found)
@@ -114,19 +115,19 @@ def peak_budgets(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]
 
 def _density(result: RunResult, quiet: QuietPart | None, i: int) -> _Spectrum:
     """Return the density of a channel."""
-    averages = result.spectra.effective_averages
+    n_averages, psd = result.spectra.effective_averages, result.averages.psd[i]
     unit, factor = shown_unit(result.channels[i].unit)
     noise = None
     if quiet is not None:
         width = 2 * BESIDE + 1
         smooth = np.convolve(quiet.density[i], np.full(width, 1.0 / width), mode="same")
         noise = np.zeros(smooth.shape)
-        np.divide(smooth, result.psd[i], out=noise, where=result.psd[i] > 0.0)
+        np.divide(smooth, psd, out=noise, where=psd > 0.0)
     return _Spectrum(
-        "psd", result.channels[i].name, levels.density_unit(unit), result.psd[i] * factor**2,
-        np.full(result.psd[i].shape, averages**-0.5), factor**2, 1, {i: 2.0}, noise,
+        "psd", result.channels[i].name, levels.density_unit(unit), psd * factor**2,
+        np.full(psd.shape, n_averages**-0.5), factor**2, 1, {i: 2.0}, noise,
         NOT_QUIET if quiet is None else quiet.origin,
-        "" if averages > 1.0 else ONE_AVERAGE,
+        "" if n_averages > 1.0 else ONE_AVERAGE,
     )  # fmt: skip
 
 
@@ -248,7 +249,7 @@ def budgets_of(recording: Recording, result: RunResult) -> Iterator[Budget]:
     quiet = quiet_part(recording, result)
     yield from _levels(result, quiet)
     yield from peak_budgets(result, quiet)
-    for reading in result.swept:
+    for reading in result.over_time.swept:
         yield from _of_sweep(result, reading, quiet)
     yield from _decays(result)
 
@@ -261,19 +262,19 @@ def _levels(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]:
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
         for name, rms, bins in (
-            ("rms", float(result.statistics.rms[i]), moving),
-            ("rms in band", float(result.band_rms[i]), inside),
+            ("rms", float(result.averages.statistics.rms[i]), moving),
+            ("rms in band", float(result.averages.band_rms[i]), inside),
         ):
             if rms > 0.0:
                 lines = _of_mean_square(result, quiet, (i,), rms**2, bins)
                 head = Budget(channel.name, name, None, rms * factor, unit, tuple(lines))
                 yield _level(result, head, {i: 1.0})
-    level, rows = result.measured_level, levels.watched(result.test, result.channels)
+    level, rows = result.averages.measured_level, levels.watched(result.test, result.channels)
     if level is None or not level.value > 0.0:
         return
     value, unit = level.shown
     power = 2.0 if level.kind == "density" else 1.0
-    square = float(np.mean(result.band_rms[list(rows)] ** 2))
+    square = float(np.mean(result.averages.band_rms[list(rows)] ** 2))
     lines = _of_mean_square(result, quiet, rows, square, inside)
     whose = ", ".join(result.channels[i].name for i in rows)
     head = Budget(whose, f"level ({level.kind})", None, value, unit, tuple(lines))
@@ -306,8 +307,8 @@ def _of_mean_square(
     """Return chance and noise of the mean square of channels, as shares of it."""
     cross, lines = result.spectra, []
     if is_random(result):
-        density = result.psd[list(rows)].mean(axis=0)[bins]
-        duration = result.crop.n_samples / result.sample_rate
+        density = result.averages.psd[list(rows)].mean(axis=0)[bins]
+        duration = result.crop.n_samples / result.recorded.sample_rate
         spread = mean_square_error(density, cross.bin_width, duration, cross.effective_averages)
         source = f"random vibration over {numeral(duration, 4)} s"
         lines.append(normal("random", spread / square, 1.0, source))
@@ -349,7 +350,7 @@ def _noise_of_sweep(result: RunResult, reading: SweptReading, quiet: QuietPart) 
     """
     near = [
         (abs(float(frequency) - reading.frequency), float(control))
-        for sweep in result.tracking.sweeps
+        for sweep in result.over_time.tracking.sweeps
         if sweep.direction == reading.direction
         for frequency, control in zip(sweep.frequency, sweep.control, strict=True)
     ]
@@ -474,7 +475,7 @@ def _not_known(result: RunResult, budgets: Sequence[Budget]) -> Iterator[str]:
         for line in budget.lines:
             if line.given is None and line.group != "calibration":
                 told.setdefault((line.group, line.source), {})[budget.channel] = None
-    if any(result.psd_peaks) and not is_random(result):
+    if any(result.averages.psd_peaks) and not is_random(result):
         yield (
             "Peaks of densities have no budget: the run is no random vibration, and nothing "
             "tells their scatter."
