@@ -384,6 +384,7 @@ def widening(values: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatA
     total = np.maximum(weight.sum(axis=0), 1e-300)
     mean = (weight * filled).sum(axis=0) / total
     ratio = np.sqrt((weight * (filled - mean) ** 2).sum(axis=0) / free)
+    # few records know their scatter badly: Student's t in place of the normal
     student = scipy.special.stdtrit(free, 0.975) / NORMAL_95
     return ratio, np.where(ratio > 1.0, ratio * student, 1.0)
 

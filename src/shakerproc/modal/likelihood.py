@@ -138,6 +138,7 @@ def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> ModalFit:
         _, gram, gradient = _normal_equations(lines, _poles(place), linear)
         found = None
         while found is None and damping < 1e6:
+            # Marquardt's scaling: damping ratios are known far worse than frequencies
             step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), -gradient)
             new = np.asarray(place + _limited(np.reshape(step, (2, -1))), dtype=np.float64)
             new[0] = np.clip(new[0], *np.log(DAMPING_LIMITS))
@@ -168,6 +169,7 @@ def _poles(place: FloatArray) -> ComplexArray:
 
 def _limited(step: FloatArray) -> FloatArray:
     """Return a step that changes no damping by more than a factor of 2, nor a frequency 2 %."""
+    # logarithms of both: ln 2 is 0.7
     largest = max(float(np.max(np.abs(step[0]))) / 0.7, float(np.max(np.abs(step[1]))) / 0.02)
     return step / max(1.0, largest)
 
@@ -258,6 +260,7 @@ def _covariance(lines: Lines, poles: ComplexArray, linear: _Linear) -> FloatArra
     n_modes, n_columns = slopes.shape[1:3]
     residues = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, -1)
     n_rows = linear.residual.shape[1]
+    # leverage of a line (MacKinnon and White, J. Econometrics 29, 305-325, 1985)
     taken = np.minimum(np.sum(linear.q**2, axis=1), 0.9)
     weighted = linear.residual / linear.noise[:, np.newaxis] / np.sqrt(1.0 - taken)
     mixed = np.einsum("mio,or->mir", residues, weighted)

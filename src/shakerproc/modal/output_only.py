@@ -318,6 +318,7 @@ def _subspace(correlation: FloatArray, n_rows: int, interval: float) -> _Subspac
     index = np.arange(n_rows)
     blocks = correlation[1 + index[:, np.newaxis] + index[np.newaxis]]
     hankel = blocks.transpose(0, 2, 1, 3).reshape(n_rows * n, n_rows * n)
+    # balanced: the vectors times roots of the singular values are the observability matrix
     left, sizes, _ = scipy.linalg.svd(hankel, check_finite=False)
     return _Subspace(left * np.sqrt(sizes), n, interval)
 

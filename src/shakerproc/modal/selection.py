@@ -189,6 +189,7 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
         frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi
         near = np.abs(lines.frequency - frequency) < max(reach, 0.01 * frequency)
         count = int(near.sum()) * left.shape[0]
+        # squares of complex noise scatter as much as their mean, which is 1: three deviations
         if count and excess[near].mean() > 3.0 / np.sqrt(count):
             found += [pole * (1.0 + shift) for shift in (-0.015, 0.015, -0.03, 0.03)]
     return np.array(found, dtype=np.complex128)
@@ -391,6 +392,7 @@ def predicted_deviance(
         taken, _ = orthonormal((decay / np.linalg.norm(decay, axis=1, keepdims=True)).T)
         rows = np.concatenate([columns, targets])[:, np.tile(own, 2)]
         reduced.append(rows - (rows @ taken) @ taken.T)
+    # sums of all parts less those of one are the normal equations without that part
     gram = np.array([rows @ rows.T for rows in reduced])
     n = len(columns)
     found = []

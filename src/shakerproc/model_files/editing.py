@@ -131,6 +131,7 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
     _edit(path, out, _NewContent(NewNumbers(changes)))
 
 
+# text is replaced: a YAML writer moves indentation and columns (decision 14)
 def _edit(path: Path, out: Path, wanted: "_NewContent") -> None:
     """Write the changed text, once it has been read back and checked."""
     before, new = read_model_file(path), wanted.numbers

@@ -109,6 +109,7 @@ class _RandomMotion:
 
     def reach(self, walls: Walls) -> Reach:
         sigma, swift = self.rms()
+        # Rice: crossings of a level per second by a Gaussian motion
         rates = [
             swift / (2.0 * np.pi * sigma) * _gaussian(wall / sigma)
             for wall in (walls.positive, walls.negative)
@@ -257,6 +258,7 @@ def _pieces(frequency: FloatArray, values: FloatArray) -> FloatArray:
     f, y = frequency, np.maximum(values, 1e-300)
     ratio = np.log(f[1:] / f[:-1])
     power = np.log(y[1:] / y[:-1]) / ratio + 1.0
+    # y ~ f^(power - 1); where power is 0 the integral is a logarithm, not a power
     safe = np.where(np.abs(power * ratio) < 1e-8, 1.0, power)
     pieces = f[:-1] * y[:-1] * np.expm1(safe * ratio) / safe
     level = f[:-1] * y[:-1] * ratio

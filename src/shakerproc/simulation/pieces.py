@@ -229,6 +229,7 @@ def _burg(samples: FloatArray, order: int) -> FloatArray:
     sizes = np.max(np.abs(samples), axis=1, keepdims=True)
     samples = samples / np.where(sizes > 0.0, sizes, 1.0)
     forward, backward = samples[:, 1:], samples[:, :-1]
+    # what is left of a signal that is predicted exactly: rounding of 1e-15, squared
     rounding = 1e-30 * np.sum(samples**2, axis=1)
     for reached in range(1, order + 1):
         energy = np.sum(forward**2 + backward**2, axis=1)
@@ -345,6 +346,7 @@ def pieces_of_samples(samples: FloatArray, *, upsample: int, hold: Hold) -> Floa
         values = samples if upsample == 1 else finer(samples, upsample, 0)[0]
         return np.stack((values[:-1], np.diff(values)), axis=1)
     p, v, a = finer(samples, upsample, 2)
+    # Hermite: value, slope and curvature at both ends of a step of length 1
     rise = np.diff(p)
     left, right = v[:-1], v[1:]
     bend, end_bend = a[:-1], a[1:]

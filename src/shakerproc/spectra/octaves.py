@@ -95,6 +95,7 @@ def _nominal(middle: FloatArray, fraction: int) -> FloatArray:
     """Return the nominal frequencies: preferred numbers, or three digits of narrower bands."""
     if fraction not in {1, 3}:
         return np.array([float(f"{f:.3g}") for f in middle])
+    # rounding may leave the first band of a decade just below it
     decade = np.floor(np.log10(middle * 1.001))
     step = np.rint(10.0 * (np.log10(middle) - decade)).astype(int)
     exact = np.array(_THIRDS)[step] * 10.0**decade

@@ -164,6 +164,7 @@ def transitions(step: FloatArray, damping: float) -> FloatArray:
     system[:, 2, 3] = 1.0  # the input rises by the last state within one step
     whole = scipy.linalg.expm(system)
     found = whole[:, :2, :].copy()
+    # a_k + s (a_(k+1) - a_k): the first sample counts as a level, less the rise from it
     found[:, :, 2] = whole[:, :2, 2] - whole[:, :2, 3]
     return np.ascontiguousarray(found)
 

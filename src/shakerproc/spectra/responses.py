@@ -449,6 +449,7 @@ def psd_bounds(spectra: CrossSpectra, confidence: float = 0.95) -> Bounds:
     ----------
     .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 8.
     """
+    # at 0 and at half the sample rate a transform is real: half the degrees of freedom
     freedom = np.full(spectra.frequency.size, spectra.degrees_of_freedom)
     freedom[0] /= 2.0
     if spectra.n_fft % 2 == 0:

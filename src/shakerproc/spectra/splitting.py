@@ -150,6 +150,7 @@ def changes(level: FloatArray, step: float) -> list[int]:
 def _scatter(level: FloatArray) -> FloatArray:
     """Return the standard deviation of each channel beside changes, (n_channels,) [dB]."""
     difference = np.abs(np.diff(level, axis=1))
+    # 0.6745 is the median of |x| of a standard normal x; a few changes do not move a median
     usual = np.median(difference, axis=1) / (0.6745 * np.sqrt(2.0))
     return np.asarray(np.maximum(usual, 1e-3), dtype=np.float64)
 

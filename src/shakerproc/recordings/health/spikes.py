@@ -181,6 +181,7 @@ def _limits(departure: FloatArray) -> FloatArray:
     if departure.size > whole * PART:
         parts.append(departure[np.newaxis, whole * PART :: 7])
     usual = np.zeros(whole + len(parts) + 1)
+    # 1.4826 times the median of |x| is the standard deviation of a normal x
     usual[1:-1] = np.concatenate([
         np.maximum(1.4826 * np.median(some, axis=1), np.mean(some, axis=1)) for some in parts
     ])

@@ -134,6 +134,7 @@ def follow(
                 break
             continue
         missed = float(np.linalg.norm(following.bend))
+        # the prediction is a parabola: what it misses grows with the cube of the step
         growth = 2.0 if missed == 0.0 else (steps.miss / missed) ** (1.0 / 3.0)
         length = min(steps.longest, following.step * min(2.0, max(0.3, 0.9 * growth)))
         previous, place = place, _with_bend(curve, place, following)

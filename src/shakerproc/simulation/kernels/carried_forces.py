@@ -217,6 +217,7 @@ def bend_force(room: CarriedForces, f: int, warm: bool) -> None:
     end, slope = room.law[f, FORCE, 0], room.law[f, FORCE, 1]
     force[f, 0], force[f, 1] = f0, f1
     if warm:
+        # Hermite: values and slopes at shares -1, 0 and 1, even and odd powers apart
         even = 0.5 * (end + room.was[f, 0]) - f0
         odd = 0.5 * (end - room.was[f, 0]) - f1
         turn = 0.5 * (slope - room.was[f, 1])
@@ -224,6 +225,7 @@ def bend_force(room: CarriedForces, f: int, warm: bool) -> None:
         force[f, 2], force[f, 4] = 2.0 * even - 0.5 * turn, 0.5 * turn - even
         force[f, 3], force[f, 5] = 2.5 * odd - 0.5 * rise, 0.5 * rise - 1.5 * odd
     else:
+        # no part before: the law's own series up to the cube, then value and slope at the end
         left = end - f0 - f1 - force[f, 2] - force[f, 3]
         steeper = slope - f1 - 2.0 * force[f, 2] - 3.0 * force[f, 3]
         force[f, 4], force[f, 5] = 5.0 * left - steeper, steeper - 4.0 * left
@@ -235,6 +237,7 @@ def bend_rate(room: CarriedForces, f: int) -> None:
     rate, r0, r1 = room.rate, room.now[f, 2], room.now[f, 3]
     rise, slope = room.law[f, RATE, 0] - r0, room.law[f, RATE, 1]
     rate[f, 0], rate[f, 1] = r0, r1
+    # Hermite: values and slopes at both ends
     rate[f, 2] = 3.0 * rise - 2.0 * r1 - slope
     rate[f, 3] = -2.0 * rise + r1 + slope
 

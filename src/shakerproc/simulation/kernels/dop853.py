@@ -111,6 +111,7 @@ def _error(
         third += (e3 / (tolerance * size)) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
+    # err5^2 / sqrt(err5^2 + 0.01 err3^2), with the 0.01 of Hairer's and Wanner's dop853.f
     return step * fifth / ((fifth + 0.01 * third) * n_y) ** 0.5
 
 
@@ -262,6 +263,7 @@ def one_sample(
         _step(machine, tableau, pieces, j, at, share, sample, series, work)
         stats[3] += 1.0
         error = _error(tableau, share * sample, n_y, scales, tolerance, work)
+        # the error grows with the eighth power of the step, hence exponents of -1/8
         if not error < 1.0 and share > 1e-9:
             wanted = share * max(0.2, 0.9 * error**-0.125) if error < 1e30 else 0.1 * share
             for i in range(n_y):

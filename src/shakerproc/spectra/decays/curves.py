@@ -288,6 +288,7 @@ def columns_of(readings: Sequence[DecayReading]) -> tuple[FloatArray, ...]:
 
 def _changes(values: FloatArray, errors: FloatArray) -> bool:
     """Return whether values differ by more than half their 95 % intervals allow."""
+    # of equal values the weighted scatter is chi-square with one less than their number
     weights = (1.96 / errors) ** 2
     mean = float(weights @ values / weights.sum())
     scatter = float(weights @ (values - mean) ** 2) / SHARED_SCATTER

@@ -209,6 +209,7 @@ def _rest(amplitude: FloatArray) -> float:
     if end.size < NOISE_VALUES:
         return median
     apart = end[1:-1] - 0.5 * (end[:-2] + end[2:])
+    # independent noise less the mean of two neighbours has 1 + 1/4 + 1/4 of its variance
     return min(median, RAYLEIGH * float(np.sqrt(np.mean(apart**2) / 1.5)))
 
 

@@ -160,6 +160,7 @@ def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> DecayRe
     freedom = time.size - design.shape[1]
     power = float(np.sum(np.abs(values - wave) ** 2)) / freedom
     covariance = power * np.linalg.inv((slopes.conj().T @ slopes).real)
+    # a complex value is two real ones, each with half of the power of the noise
     half = float(scipy.special.stdtrit(2 * freedom, 0.975) * np.sqrt(0.5 * covariance[1, 1]))
     amplitude, pole, bend = float(np.exp(found[0].real)), found[1] / half_width, found[2]
     half /= half_width

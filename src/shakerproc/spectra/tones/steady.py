@@ -111,6 +111,7 @@ def tone_response(
         )
     control = samples[list(controls)].mean(axis=0)
     exact = _exact_frequency(control, frequency / sample_rate)
+    # at half the sample rate itself sine and cosine of the samples depend on each other
     below = int(np.floor(0.5 / exact * (1.0 - 1e-9)))
     number = min(n_harmonics, max(1, below))
     waves = _waves(exact, n_samples, number)
