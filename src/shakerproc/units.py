@@ -600,10 +600,10 @@ def _scale_and_dimensions(parsed: Any) -> tuple[float, dict[str, float]]:
 def _name_of(symbol: str, reading: str) -> str:
     """Return the registry's name of a symbol that means one thing here and another there."""
     gravity = "gram" if reading == "gram" else "g_n"
-    own = {"g": gravity, "mg": f"(0.001*{gravity})", "kg": "(1000*gram)", "%": "0.01"}
+    names = {"g": gravity, "mg": f"(0.001*{gravity})", "kg": "(1000*gram)", "%": "0.01"}
     if reading == "turning":  # a speed of rotation, where rpm else is a frequency
-        own["rpm"] = "(revolution/minute)"
-    return own.get(symbol, symbol)
+        names["rpm"] = "(revolution/minute)"
+    return names.get(symbol, symbol)
 
 
 def _not_written(unit: str) -> str:

@@ -210,8 +210,8 @@ def _ready(
             digest = before.recording_sha256
         key = key_of(digest, [input_of(test), asdict(products)])
         if problem is not None:
-            left = {} if before is None else before.outputs
-            entries[name] = Entry("failed", key, digest, left, "input", str(problem))
+            earlier = {} if before is None else before.outputs
+            entries[name] = Entry("failed", key, digest, earlier, "input", str(problem))
             continue
         recording = relative_recording(log, test)
         folder = root / RUNS / name

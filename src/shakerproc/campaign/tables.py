@@ -81,9 +81,9 @@ def _resonance_rows(runs: Sequence[RunSummary]) -> list[dict[str, Value]]:
         found = [row for one in run.analyses if one.kind == "resonances" for row in one.rows]
         for function in dict.fromkeys(str(row["function"]) for row in found):
             output = by_name.get(function.partition(" / ")[0])
-            own = [row for row in found if row["function"] == function]
-            own.sort(key=lambda row: -float(row["height"] or 0.0))
-            for rank, row in enumerate(own, 1):
+            function_rows = [row for row in found if row["function"] == function]
+            function_rows.sort(key=lambda row: -float(row["height"] or 0.0))
+            for rank, row in enumerate(function_rows, 1):
                 rows.append({
                     **_run_cells(run),
                     **({} if output is None else _channel_cells(output)),

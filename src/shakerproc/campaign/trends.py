@@ -347,8 +347,8 @@ def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
     """
     for column, excitation, equal in _ASKED:
         request = TrendRequest("", "", "", column, equal, (("excitation", excitation),))
-        alike = [one for one in tests if one.facts.get("excitation") == excitation]
-        found = trend_over(alike, request, "", "")
+        same_excitation = [one for one in tests if one.facts.get("excitation") == excitation]
+        found = trend_over(same_excitation, request, "", "")
         if found is None or not found.numeric:
             continue
         spans = [
@@ -366,14 +366,14 @@ def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
 
 def _remarks(ends: Sequence[TrendValue]) -> list[str]:
     """Return remarks on the first and the last test of a shift, a sentence each."""
-    told = remarks_on_trend(ends)
+    remarks = remarks_on_trend(ends)
     first, last = (one.test for one in ends)
     if last in ends[0].unsure:
-        told.append(
+        remarks.append(
             f"Fewer than three sensors cannot tell whether test {first} and test {last} show "
             "one mode."
         )
-    return told
+    return remarks
 
 
 def _sentence(name: str, points: Sequence[TrendPoint], column: str, where: str) -> str:
@@ -437,7 +437,7 @@ def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
 
 def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
     """Return the shift of each mode with clearance or level, a sentence each."""
-    told = (
+    shifts = (
         shift_sentence(
             seen_of(analysis, track),
             f"frequency of mode {number} ({numeral(_track_frequency(analysis, track), 4)} Hz)",
@@ -445,7 +445,7 @@ def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
         for number, track in enumerate(analysis.tracks, 1)
         if len(track.sightings) > 1
     )
-    return tuple(text for text in told if text)
+    return tuple(text for text in shifts if text)
 
 
 def seen_of(analysis: ModalAnalysis, track: Track) -> list[TrendValue]:

@@ -305,9 +305,9 @@ def print_table(
     for row in cells:
         for text in tables.lines_of(row, layout, numeric):
             typer.echo(text)
-    told = layout.omission_text(elsewhere)
-    if told:
-        typer.echo(told)
+    omission = layout.omission_text(elsewhere)
+    if omission:
+        typer.echo(omission)
 
 
 def table_width() -> int | None:

@@ -110,7 +110,7 @@ def _tables(path: Path, file: BinaryIO) -> tuple[str, Tables]:
     tables: Tables = {}
     walk = _blocks(path, file, order)
     key = _key(path, walk, order)
-    begun = True
+    in_table = True
     while key != 0:
         name = next(walk)[1].decode("latin-1").strip()
         records: list[Record] = [[]]
@@ -119,11 +119,11 @@ def _tables(path: Path, file: BinaryIO) -> tuple[str, Tables]:
                 records.append([])
             else:
                 _, block = next(walk)
-                if begun or name in wanted:
+                if in_table or name in wanted:
                     records[-1].append(block)
-        if begun and not any(_TITLE in block for block in records[0]):
+        if in_table and not any(_TITLE in block for block in records[0]):
             raise ExchangeError(f"{path.name}: no OP2 of Nastran; write it with PARAM,POST,-1")
-        begun = False
+        in_table = False
         if name in wanted:
             tables[name] = tables.get(name, []) + records[3:]  # after name, sizes and date
         key = _key(path, walk, order)

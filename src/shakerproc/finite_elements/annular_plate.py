@@ -109,13 +109,13 @@ def plate_frequency(
 
 def _roots(function: Callable[[float], float], step: float, count: int) -> list[float]:
     values: list[float] = []
-    left, value = 0.5, function(0.5)
+    start, value = 0.5, function(0.5)
     while len(values) < count:
-        right = left + step
+        right = start + step
         after = function(right)
         if np.sign(value) != np.sign(after):
-            values.append(float(brentq(function, left, right, xtol=1e-14, rtol=1e-14)))
-        left, value = right, after
+            values.append(float(brentq(function, start, right, xtol=1e-14, rtol=1e-14)))
+        start, value = right, after
     return values
 
 

@@ -130,9 +130,9 @@ def _departure(one: TestForecast, name: str) -> str:
                 f"its peak moves from {numeral(linear, 4)} to {numeral(spread.value, 4)} Hz"
             )
         else:
-            apart = decibels(spread.value / linear)
-            word = "more" if apart > 0.0 else "less"
-            parts.append(f"{quantity.what} is {numeral(abs(apart), 2)} dB {word}")
+            change_db = decibels(spread.value / linear)
+            word = "more" if change_db > 0.0 else "less"
+            parts.append(f"{quantity.what} is {numeral(abs(change_db), 2)} dB {word}")
     if not parts:
         return ""
     run = one.run.measured
@@ -258,17 +258,17 @@ def _test(one: TestForecast) -> dict[str, Any]:
 def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
     """Return a notch plan as JSON: breakpoints in the unit that their key names."""
     found = plan.notched
-    told: dict[str, Any] = {
+    plan_entries: dict[str, Any] = {
         "probability": plan.wish.probability,
         "edges_db_per_octave": plan.wish.slope,
         "why_none": plan.why_none or None,
     }
     if found is not None:
-        told |= _notched(one, found)
+        plan_entries |= _notched(one, found)
     if plan.by_force is not None:
-        own = {"c_squared": C_SQUARED, "notch": _breakpoints(plan.by_force)}
-        told["force_limited"] = own | _notched(one, plan.by_force)
-    return {"notch": [] if found is None else _breakpoints(found), "notch_plan": told}
+        force_limiting = {"c_squared": C_SQUARED, "notch": _breakpoints(plan.by_force)}
+        plan_entries["force_limited"] = force_limiting | _notched(one, plan.by_force)
+    return {"notch": [] if found is None else _breakpoints(found), "notch_plan": plan_entries}
 
 
 def _breakpoints(notched: NotchedTest) -> list[dict[str, float]]:

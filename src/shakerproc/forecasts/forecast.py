@@ -140,9 +140,9 @@ class ModelEvidence:
                     self.numbers, one, prepared_drive(one), self.highest, count
                 )
             ])
-        alike = kind_of_measured(model, near[0]) == kind
+        same_drive = kind_of_measured(model, near[0]) == kind
         amplitude = max(map(amplitude_of_measured, near))
-        return Nearest(self.simulated[key], amplitude, alike)
+        return Nearest(self.simulated[key], amplitude, same_drive)
 
 
 @final
@@ -309,14 +309,14 @@ def forecast_tests(
     made = []
     for one in ready:
         say(f"test {one.test.id}")
-        own = _forecast(found, one, quantities, seed, say)
+        test_forecast = _forecast(found, one, quantities, seed, say)
         if wish is not None:
             task = NotchTask(
-                found.numbers, one, own.made, quantities, partial(_spread, found, own.near),
-                wish, seed,
+                found.numbers, one, test_forecast.made, quantities,
+                partial(_spread, found, test_forecast.near), wish, seed,
             )  # fmt: skip
-            own = replace(own, notch=notch_plan(task, say))
-        made.append(own)
+            test_forecast = replace(test_forecast, notch=notch_plan(task, say))
+        made.append(test_forecast)
     step = last_step(found.errors, earlier)
     return CampaignForecast(log.title, found, tuple(made), _notes(found, made), step)
 
@@ -350,8 +350,8 @@ def evidence_of(
             kind = kind_of_measured(model, test)
             near = nearest_level(model, known, kind, amplitude_of_measured(test))
             there = [one for other in near for one in raw(fitted_numbers, other, highest)]
-            alike = kind_of_measured(model, near[0]) == kind
-            yield from freed(raw(fitted_numbers, test, highest), there, same_drive=alike)
+            same_drive = kind_of_measured(model, near[0]) == kind
+            yield from freed(raw(fitted_numbers, test, highest), there, same_drive=same_drive)
 
     alone = fit_of_levels(model, fitted, say)
     numbers = numbers_of(alone)
@@ -361,8 +361,8 @@ def evidence_of(
         say(f"level {group[0].test.level_text} forecast from those below it")
         fewer = fit_to_fewer(alone, [test in below for test in fitted])
         if fewer is not None:
-            own = numbers if fewer is alone else numbers_of(fewer)
-            errors += errors_of(own, group, below)
+            fewer_numbers = numbers if fewer is alone else numbers_of(fewer)
+            errors += errors_of(fewer_numbers, group, below)
         below += tuple(test for test in group if not test.test.hold_out)
     runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
     return ModelEvidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
@@ -418,12 +418,12 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
         raise log.error(test, 'expected the key "duration", such as duration: 60 s')
     rate = tests[0].sample_rate
     compared = (min(0.7 * band[0], tests[0].band[0]), max(one.band[1] for one in tests))
-    moving, carried = log.shaker.moving_mass, None
+    moving, shaker_mass = log.shaker.moving_mass, None
     if moving is not None and model.excitation.moves_base:
-        carried = max(moving - model.moved_mass, 0.0)
+        shaker_mass = max(moving - model.moved_mass, 0.0)
     table = any(limit.whose == "shaker" for limit in log.limits)
     spreads = spreads_of(tuple(tests))
-    return Planned(test, duration, rate, band, compared, spreads, carried, table)
+    return Planned(test, duration, rate, band, compared, spreads, shaker_mass, table)
 
 
 def _forecast(
@@ -460,10 +460,10 @@ def _forecast(
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
     linear = _linear(evidence.numbers.model, run, spreads, float(np.std(motion.drive)), ratio)
-    carried = {
+    nearest_errors = {
         q: decibels(float(np.median(made.values[q]) / one.value)) for q, one in spreads.items()
     }
-    back = swept_back(evidence.numbers, planned, spreads, seed, carried)
+    back = swept_back(evidence.numbers, planned, spreads, seed, nearest_errors)
     return TestForecast(
         planned, distance, made, spreads, linear, tuple(judged), near, run, tuple(why), back
     )
@@ -542,9 +542,9 @@ def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
     """
     model, test = evidence.numbers.model, planned.test
     excitation, _, shares = kind_of(model, test, stated(test))
-    alike = [r for r in evidence.runs if r.measured.test.excitation == excitation]
-    same = [r for r in alike if kind_of_measured(model, r.measured)[2] == shares]
-    runs = same or alike or evidence.runs
+    same_excitation = [r for r in evidence.runs if r.measured.test.excitation == excitation]
+    same = [r for r in same_excitation if kind_of_measured(model, r.measured)[2] == shares]
+    runs = same or same_excitation or evidence.runs
     return max(runs, key=lambda run: amplitude_of_measured(run.measured))
 
 

@@ -126,10 +126,10 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, same_drive: bool = 
         return 0.0
     near = nearest[both]
     (variance, shared), _ = np.cov(near, ahead[both])
-    known, own = variance + FINEST_DB**2, 0.0
+    known, model_error = variance + FINEST_DB**2, 0.0
     if not near.min() <= 0.0 <= near.max():
-        own = max(float(np.median(near)) ** 2 - known, 0.0)
-    return float(np.clip((shared + same_drive * own) / (known + own), 0.0, 1.0))
+        model_error = max(float(np.median(near)) ** 2 - known, 0.0)
+    return float(np.clip((shared + same_drive * model_error) / (known + model_error), 0.0, 1.0))
 
 
 def freed(
@@ -204,10 +204,10 @@ class Error:
 
 def error_of(errors: Sequence[LevelError]) -> Error:
     """Return the model error of one kind of quantity, of all sensors and levels together."""
-    own = [one for one in errors if not one.distance_db]
+    level_errors_here = [one for one in errors if not one.distance_db]
     ahead = [one for one in errors if one.distance_db]
-    excess = [max(one.error_db**2 - one.spread_db**2, 0.0) for one in own]
-    fitted = float(np.sqrt(np.mean(excess))) if own else 0.0
+    excess = [max(one.error_db**2 - one.spread_db**2, 0.0) for one in level_errors_here]
+    fitted = float(np.sqrt(np.mean(excess))) if level_errors_here else 0.0
     spread = np.array([one.spread_db for one in ahead]) ** 2
     square = np.maximum(np.array([one.error_db for one in ahead]) ** 2 - spread, 0.0)
     distance = np.array([one.distance_db for one in ahead]) ** 2
@@ -422,10 +422,10 @@ def last_step(
     if not errors or not errors[-1].distance_db:
         return None
     test = errors[-1].test
-    own = [one for one in errors if one.test == test and one.distance_db]
+    test_errors = [one for one in errors if one.test == test and one.distance_db]
     before = _earlier_prediction(earlier or {}, test)
     values = []
-    for one in own:
+    for one in test_errors:
         found = before.get((one.quantity.name, one.quantity.what))
         predicted, low, high = found or (one.predicted, None, None)
         values.append(
@@ -454,8 +454,8 @@ def _earlier_prediction(earlier: Mapping[str, Any], test: str) -> Told:
         step = earlier.get("last_step")
         if step and step["test"] == test and step["told_before"]:
             for row in step["values"]:
-                told = (float(row["predicted"]), float(row["low"]), float(row["high"]))
-                found[row["response"], row["what"]] = told
+                prediction = (float(row["predicted"]), float(row["low"]), float(row["high"]))
+                found[row["response"], row["what"]] = prediction
     except (KeyError, TypeError, ValueError, AttributeError):
         return {}
     return found

@@ -164,8 +164,8 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
     texts = []
     for pair, there in after.joints.items():
         here = before.joints[pair]
-        own = [one for one in resolved(model) if set(one.between) == set(pair)]
-        told = _of_laws(own, pair, here, there)
+        joint_elements = [one for one in resolved(model) if set(one.between) == set(pair)]
+        sentences = _of_laws(joint_elements, pair, here, there)
         was, now = law_of(here), law_of(there)
         moved = []
         for name, one, other in (
@@ -173,8 +173,8 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
         ):  # fmt: skip
             if abs(other - one) > CHANGED * abs(one):
                 moved.append(f"{name} {(other - one) / abs(one):+.0%}")
-        if told or moved:
-            clauses = [*told, *([f"effective {' and '.join(moved)}"] if moved else [])]
+        if sentences or moved:
+            clauses = [*sentences, *([f"effective {' and '.join(moved)}"] if moved else [])]
             texts.append(f"joint {'-'.join(pair)}: {', '.join(clauses)}")
     return texts
 

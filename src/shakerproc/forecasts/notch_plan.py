@@ -298,8 +298,8 @@ def _next(
             power = row**2 * (frequency if test.rate_hz_per_s is not None else 1.0)
         else:
             power = row * frequency * demand_at(test, frequency)
-        left = float(np.sum(power * 10.0 ** (-now / 10.0)))
-        bounds.append(Bound(power, left * 10.0 ** (-float(over) / 10.0)))
+        remaining = float(np.sum(power * 10.0 ** (-now / 10.0)))
+        bounds.append(Bound(power, remaining * 10.0 ** (-float(over) / 10.0)))
     return reduction_of(np.log2(frequency), bounds, least, task.wish.slope)
 
 

@@ -343,8 +343,8 @@ def analyse_functions(measured: ResponseFunctions, wish: Modal) -> ModalAnalysis
     one = _analysed(measured, wish, notes)
     tracks = tracks_of([one.modes], [one.sensor_names])
     pairs = reciprocals_of([one])
-    told = tuple(pair.problem for pair in pairs if pair.problem)
-    return ModalAnalysis(measured.name, (one,), tracks, (), told, pairs)
+    problems = tuple(pair.problem for pair in pairs if pair.problem)
+    return ModalAnalysis(measured.name, (one,), tracks, (), problems, pairs)
 
 
 def _analysed(measured: ResponseFunctions, wish: Modal, notes: list[str]) -> TestModes:

@@ -140,10 +140,10 @@ def remarks_of(
         for first, second in twins_of(modes)
     ]
     if modes.model is not None and modes.poles.size:
-        left = float(np.max(modes.model.unexplained))
-        if left > MUCH_LEFT:
+        unexplained = float(np.max(modes.model.unexplained))
+        if unexplained > MUCH_LEFT:
             texts.append(
-                f"residual rms of up to {left:.0%} of a response: noise, a "
+                f"residual rms of up to {unexplained:.0%} of a response: noise, a "
                 "nonlinearity or an input that was not measured; look at the coherence"
             )
     if not modes.poles.size:
@@ -163,13 +163,13 @@ def _unmeasured(
         return sentences
     where = np.array([wireframe.nodes[node] for node in wireframe.used])
     seats = np.array(positions, float)
-    apart = np.linalg.norm(where[:, np.newaxis] - seats, axis=-1) > NEAR
-    alone = [s.name for s, lost in zip(sensors, apart.all(axis=0), strict=True) if lost]
+    is_far = np.linalg.norm(where[:, np.newaxis] - seats, axis=-1) > NEAR
+    alone = [s.name for s, lost in zip(sensors, is_far.all(axis=0), strict=True) if lost]
     if alone:
         sentences.append(
             f"geometry: {', '.join(alone[:6])} sit at no node of it: drawn without lines"
         )
-    if still := int(apart.all(axis=1).sum()):
+    if still := int(is_far.all(axis=1).sum()):
         sentences.append(
             f"geometry: {still} of {len(where)} nodes have no sensor: lines to them are drawn "
             f"at rest"
@@ -193,12 +193,12 @@ def twins_of(modes: ModeSet) -> list[tuple[float, float]]:
     """
     if modes.shapes.shape[1] < 2:
         return []
-    alike = mac(modes.shapes, modes.shapes) > ONE_SHAPE
+    same_shape = mac(modes.shapes, modes.shapes) > ONE_SHAPE
     widths = 2.0 * modes.damping * modes.frequency
     return [
         (float(modes.frequency[i]), float(modes.frequency[i + 1]))
         for i in range(modes.poles.size - 1)
-        if alike[i, i + 1]
+        if same_shape[i, i + 1]
         and modes.frequency[i + 1] - modes.frequency[i] < max(widths[i], widths[i + 1])
     ]
 

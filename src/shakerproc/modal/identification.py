@@ -204,8 +204,8 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
         order = min(PART_ORDER, int(kept.sum()) // (driven.shape[0] + outputs.shape[1]))
         if order < 8:
             continue
-        own = lines.frequency[kept]
-        sums = lagged_sums(own, driven[:, kept], outputs[..., kept], order)
+        frequency = lines.frequency[kept]
+        sums = lagged_sums(frequency, driven[:, kept], outputs[..., kept], order)
         diagram = stabilisation(sums, range(2, order + 1, 2), (begin, end))
         found.append(candidates(diagram)[0])
     return np.concatenate([np.zeros(0, dtype=np.complex128), *found])
@@ -408,10 +408,12 @@ def _alone(modes: ModeSet, records: Sequence[Lines]) -> tuple[FloatArray, FloatA
     errors = np.ones_like(values)
     for number, record in enumerate(records):
         acting = np.abs(record.inputs).max(axis=1) > 0.0
-        own = lines_subset(record, slice(None, None, -(-record.frequency.size // MOST_LINES)))
-        own = replace(own, inputs=own.inputs[acting])
-        seen = np.flatnonzero(fit(own, modes.poles, 0).losses > price_of(own))
-        alone = fit(own, modes.poles[seen])
+        subset = lines_subset(
+            record, slice(None, None, -(-record.frequency.size // MOST_LINES))
+        )
+        subset = replace(subset, inputs=subset.inputs[acting])
+        seen = np.flatnonzero(fit(subset, modes.poles, 0).losses > price_of(subset))
+        alone = fit(subset, modes.poles[seen])
         if not seen.size:
             continue
         spread = np.sqrt(np.diag(alone.covariance)).reshape(-1, 2)

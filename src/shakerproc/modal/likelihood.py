@@ -182,16 +182,16 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
     q, r = orthonormal((matrix / scale[:, np.newaxis]).T)
     shared = q.T @ target.T
     scaled = scipy.linalg.solve_triangular(r, shared)
-    left = target - (q @ shared).T
+    residual = target - (q @ shared).T
     noise = np.maximum(
-        2.0 * np.mean(left**2, axis=1), 1e-24 * np.mean(target**2, axis=1) + 1e-300
+        2.0 * np.mean(residual**2, axis=1), 1e-24 * np.mean(target**2, axis=1) + 1e-300
     )
     n = target.shape[1]
     inverse = scipy.linalg.solve_triangular(r, np.eye(r.shape[0]))
     return _Linear(
         q=q,
         coefficients=scaled / scale[:, np.newaxis],
-        residual=left,
+        residual=residual,
         noise=noise,
         deviance=float(n * np.sum(np.log(noise))),
         scaled=scaled,
@@ -204,12 +204,12 @@ def _losses(linear: _Linear, n_modes: int, n_columns: int) -> FloatArray:
     n = linear.residual.shape[1]
     losses = np.empty(n_modes)
     for mode in range(n_modes):
-        own = slice(mode * n_columns, (mode + 1) * n_columns)
+        columns = slice(mode * n_columns, (mode + 1) * n_columns)
         # (A A^T)^-1 by the singular values of A: columns of a blow's response and of what rang
         # before it are nearly dependent, and their products singular
-        turned, sizes, _ = np.linalg.svd(linear.inverse[own], full_matrices=False)
+        turned, sizes, _ = np.linalg.svd(linear.inverse[columns], full_matrices=False)
         least = np.finfo(np.float64).eps * sizes.max()
-        along = turned.T @ linear.scaled[own] / np.maximum(sizes, least)[:, np.newaxis]
+        along = turned.T @ linear.scaled[columns] / np.maximum(sizes, least)[:, np.newaxis]
         more = np.sum(along**2, axis=0)
         losses[mode] = n * np.sum(np.log1p(2.0 * more / n / linear.noise))
     return losses
@@ -292,15 +292,17 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, converged: bool
     n_inputs = lines.inputs.shape[0]
     n_columns = 2 * (n_inputs + lines.n_transients)
     n_outputs = lines.outputs.shape[0]
-    own = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, n_outputs)
-    halves = own[:, : 2 * n_inputs].reshape(n_modes, n_inputs, 2, n_outputs)
+    pole_coefficients = linear.coefficients[: n_modes * n_columns].reshape(
+        n_modes, n_columns, n_outputs
+    )
+    halves = pole_coefficients[:, : 2 * n_inputs].reshape(n_modes, n_inputs, 2, n_outputs)
     residues = np.moveaxis(halves[:, :, 0] + 1j * halves[:, :, 1], 1, 2)
     covariance = (_covariance(lines, poles, linear) if n_modes else np.zeros((0, 0))).reshape(
         2, n_modes, 2, n_modes
     )
     by_frequency = np.argsort(np.abs(poles))
     covariance = covariance[:, by_frequency][..., by_frequency]
-    left = linear.residual[:, :n_lines] + 1j * linear.residual[:, n_lines:]
+    residual = linear.residual[:, :n_lines] + 1j * linear.residual[:, n_lines:]
     n_rest = n_inputs * len(RESIDUAL_POWERS)
     rest = linear.coefficients[n_modes * n_columns :][:n_rest]
     return ModalFit(
@@ -309,10 +311,10 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, converged: bool
         rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), n_outputs), 0, 1),
         reference=reference_of(lines),
         covariance=covariance.transpose(1, 0, 3, 2).reshape(2 * n_modes, 2 * n_modes),
-        synthesis=lines.outputs - left / lines.weights,
+        synthesis=lines.outputs - residual / lines.weights,
         noise=linear.noise,
         unexplained=np.sqrt(
-            _power(np.asarray(left / lines.weights, dtype=np.complex128))
+            _power(np.asarray(residual / lines.weights, dtype=np.complex128))
             / _power(lines.outputs)
         ),
         deviance=linear.deviance,

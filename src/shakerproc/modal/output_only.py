@@ -101,8 +101,8 @@ def jackknife(
     values = np.empty((len(others), 2, poles.size))
     turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
     for block, fits in enumerate(others):
-        own, again = _again(fits, diagram, poles)
-        values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
+        whole, again = _again(fits, diagram, poles)
+        values[block] = np.log(damping_of(whole)), np.log(frequency_of(whole))
         turned[block] = scaled_to(normalised(again * scale), shapes)
     if not others:
         return np.zeros((2, 0)), np.zeros(shapes.shape)
@@ -128,17 +128,17 @@ def _again(
         number = diagram.cluster[nearest]
         there = diagram.order[diagram.cluster == number] if number >= 0 else []
         orders = {*there, diagram.order[nearest]}
-        own = [fit for fit in fits if fit.order in orders and fit.poles.size]
-        if not own:
+        usable = [fit for fit in fits if fit.order in orders and fit.poles.size]
+        if not usable:
             found.append(complex(np.nan, np.nan))
             shapes.append(np.zeros(diagram.shapes.shape[1], dtype=np.complex128))
             continue
-        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in own]
-        every = np.array([fit.poles[row] for fit, row in zip(own, near, strict=True)])
+        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in usable]
+        every = np.array([fit.poles[row] for fit, row in zip(usable, near, strict=True)])
         middle = complex(np.median(every.real), np.median(every.imag))
         first = int(np.argmin(np.abs(every - middle)))
         found.append(middle)
-        shapes.append(own[first].shapes[near[first]])
+        shapes.append(usable[first].shapes[near[first]])
     return np.array(found, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
 
 
@@ -319,8 +319,8 @@ def _subspace(correlation: FloatArray, n_rows: int, interval: float) -> _Subspac
     blocks = correlation[1 + index[:, np.newaxis] + index[np.newaxis]]
     hankel = blocks.transpose(0, 2, 1, 3).reshape(n_rows * n, n_rows * n)
     # balanced: the vectors times roots of the singular values are the observability matrix
-    left, sizes, _ = scipy.linalg.svd(hankel, check_finite=False)
-    return _Subspace(left * np.sqrt(sizes), n, interval)
+    vectors, sizes, _ = scipy.linalg.svd(hankel, check_finite=False)
+    return _Subspace(vectors * np.sqrt(sizes), n, interval)
 
 
 def _poles(space: _Subspace, order: int) -> OrderPoles:

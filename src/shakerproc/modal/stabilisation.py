@@ -396,10 +396,10 @@ def candidates(diagram: Diagram) -> tuple[ComplexArray, ComplexArray, NDArray[np
     poles, shapes, counts = [], [], []
     for number in range(diagram.n_clusters):
         members = np.flatnonzero(diagram.cluster == number)
-        own = diagram.poles[members]
-        middle = complex(np.median(own.real), np.median(own.imag))
+        members_poles = diagram.poles[members]
+        middle = complex(np.median(members_poles.real), np.median(members_poles.imag))
         poles.append(middle)
-        shapes.append(diagram.shapes[members[np.argmin(np.abs(own - middle))]])
+        shapes.append(diagram.shapes[members[np.argmin(np.abs(members_poles - middle))]])
         counts.append(np.unique(diagram.order[members]).size)
     width = diagram.shapes.shape[1]
     return (

@@ -393,9 +393,9 @@ def out_of_plane_model(
     `damping_ratio` is a share of the critical damping [-].
     """
     found = modal_equivalent(coupon, count)
-    carried = sum(one.mass for one in found.oscillators)
+    modal_mass = sum(one.mass for one in found.oscillators)
     heading = OUT_OF_PLANE.format(
-        share=carried / found.moving_mass,
+        share=modal_mass / found.moving_mass,
         moving=1e3 * found.moving_mass,
         radius=1e3 * found.unit_radius,
         rim=found.rim_factor,

@@ -45,12 +45,14 @@ def seen_at(table: ModeTable, points: Mapping[str, str], axes: Collection[str]) 
         With the points as places, in the units of the table.
     """
     row_of = table.row_of
-    told = {axis: participations_of(table, axis) for axis in axes}
+    participations = {axis: participations_of(table, axis) for axis in axes}
     return replace(
         table,
         places=tuple(points),
         shapes=table.shapes[[row_of[place] for place in points.values()]],
-        participations={axis: share for axis, share in told.items() if share is not None},
+        participations={
+            axis: share for axis, share in participations.items() if share is not None
+        },
         positions={
             point: table.positions[place]
             for point, place in points.items()

@@ -335,8 +335,8 @@ def jumps(law: Callable[[FloatArray], FloatArray], largest: float) -> FloatArray
     for _ in range(60):
         middle = 0.5 * (low + high)
         at_middle = law(middle)
-        left = np.abs(at_middle - at_low) >= np.abs(at_high - at_middle)
-        low, at_low = np.where(left, low, middle), np.where(left, at_low, at_middle)
-        high, at_high = np.where(left, middle, high), np.where(left, at_middle, at_high)
+        is_below = np.abs(at_middle - at_low) >= np.abs(at_high - at_middle)
+        low, at_low = np.where(is_below, low, middle), np.where(is_below, at_low, at_middle)
+        high, at_high = np.where(is_below, middle, high), np.where(is_below, at_middle, at_high)
     values: FloatArray = np.unique(high[np.abs(at_high - at_low) > JUMP * max(scale, 1e-300)])
     return values

@@ -333,8 +333,8 @@ def base_participations(
     """
     values = np.zeros(rigid.size)
     values[rigid] = np.linalg.lstsq(shapes[:, rigid], moved, rcond=None)[0]
-    left = np.max(np.abs(shapes @ values - moved))
-    return values if left <= _MOVED else None
+    residual = np.max(np.abs(shapes @ values - moved))
+    return values if residual <= _MOVED else None
 
 
 def check_mass(participations: FloatArray, mass: float, *, fixed: bool) -> None:

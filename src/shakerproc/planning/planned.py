@@ -325,14 +325,14 @@ def plan_test(test: Test, wish: PlanWish) -> PlannedTest:
         min(peaks, default=None),
         averages,
     )
-    told = tuple(remarks_on(planned, wish, rate, modes))
-    return replace(planned, warnings=told)
+    remarks = tuple(remarks_on(planned, wish, rate, modes))
+    return replace(planned, warnings=remarks)
 
 
 def _walls(joint: AbstractJoint, play: Play | None) -> Walls | None:
-    own = joint.walls()
-    if own is not None:
-        return own
+    joint_walls = joint.walls()
+    if joint_walls is not None:
+        return joint_walls
     if play is None or play.total <= 0.0:
         return None
     return Walls(play.half, play.half)

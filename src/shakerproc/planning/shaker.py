@@ -282,8 +282,8 @@ class ShakerLimits:
                 f"{self._from(shaken, 'displacement')}"
             )
         if self.moving_mass > 0.0:
-            carried = f" to move {numeral(self.moving_mass)} kg"
-            texts += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
+            load = f" to move {numeral(self.moving_mass)} kg"
+            texts += self._too_much_force(self.moving_mass * motion.acceleration, peak, load)
         return tuple(texts)
 
     def _too_much_force(self, force: float, peak: str, load: str) -> list[str]:

@@ -405,9 +405,9 @@ def _join(groups: list[_AtfxGroup], made: _AtfxGroup) -> None:
     """
     names = {channel.name for channel in made.channels}
     for group in groups:
-        alike = group.step and abs(made.step / group.step - 1.0) <= CLOCKS
-        apart = names.isdisjoint(channel.name for channel in group.channels)
-        if alike and apart and group.measurement == made.measurement:
+        same_step = group.step and abs(made.step / group.step - 1.0) <= CLOCKS
+        distinct = names.isdisjoint(channel.name for channel in group.channels)
+        if same_step and distinct and group.measurement == made.measurement:
             group.channels.extend(made.channels)
             return
     if made.channels:

@@ -122,11 +122,11 @@ def headings(headers: Sequence[str], unit_row: Sequence[str] = ()) -> tuple[Head
     [('acc_N', ''), ('acc_E', ''), ('X (40g)', '')]
     """
     of_row = list(unit_row) or [""] * len(headers)
-    beside = _HeaderEndings.of(headers)
+    endings = _HeaderEndings.of(headers)
     return tuple(
         Heading(header.strip(), unit.strip(), header)
         if unit.strip()
-        else _heading(header, beside)
+        else _heading(header, endings)
         for header, unit in zip(headers, of_row, strict=True)
     )
 

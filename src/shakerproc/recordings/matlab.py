@@ -115,12 +115,12 @@ def read_variables(content: memoryview, largest: int) -> Iterator[tuple[str, Val
     order = {b"IM": "<", b"MI": ">"}.get(bytes(content[126:128]))
     if order is None:
         raise Mat5Error(126, "the sign of the byte order is missing")
-    left = largest
+    remaining = largest
     for element in _elements(content, HEAD, order, aligned=False):
         inner = element
         if element.kind == COMPRESSED:
-            unpacked = _unpack(element, order, left)
-            left -= len(unpacked)
+            unpacked = _unpack(element, order, remaining)
+            remaining -= len(unpacked)
             inner = next(_elements(unpacked, 0, order, aligned=False), element)
         if inner.kind == MATRIX:
             name, value = _matrix(inner, order, 0)
@@ -463,8 +463,8 @@ def _in_memory(file: Any, name: str, tree: Tree, run: str) -> NDArray[Any] | Non
     """
     import h5py
 
-    own = isinstance(file.get(name, getlink=True), h5py.HardLink)
-    item = file[name] if own else None
+    is_hard_link = isinstance(file.get(name, getlink=True), h5py.HardLink)
+    item = file[name] if is_hard_link else None
     if not isinstance(item, h5py.Dataset) or not is_readable(item):
         return None
     if not isinstance(tree, Stored) and item.dtype.names != ("real", "imag"):

@@ -156,8 +156,8 @@ def _join(
     channels: list[RawChannel],
 ) -> None:
     """Add channels to the group that has their step [s], or as a group of its own."""
-    alike = (there for there in groups if step and abs(there[0] / step - 1.0) <= CLOCKS)
-    there = next(alike, None)
+    same_step = (there for there in groups if step and abs(there[0] / step - 1.0) <= CLOCKS)
+    there = next(same_step, None)
     if there is not None:
         there[2].extend(channels)
         return

@@ -270,9 +270,9 @@ class ScaledSource(SampleSource):
             return self.source.read(rows, start + shift, stop + shift)
         out = np.empty((len(rows), max(0, stop - start)))
         for begin in np.unique(begins):
-            alike = np.flatnonzero(begins == begin).tolist()
-            out[alike] = self.source.read(
-                [rows[i] for i in alike], start + int(begin), stop + int(begin)
+            same_start = np.flatnonzero(begins == begin).tolist()
+            out[same_start] = self.source.read(
+                [rows[i] for i in same_start], start + int(begin), stop + int(begin)
             )
         return out
 

@@ -375,10 +375,10 @@ def _complete(
     most = max(rows.values(), key=len)
     kept = [i for i in inputs if set(rows[i]) == set(most)]
     chosen = {(r, i): functions[r, i] for r in most for i in kept}
-    left = [f"{r} to {i}" for r, i in functions if i not in kept]
-    more = f" and {len(left) - 12} more" if len(left) > 12 else ""
-    text = f"Not used, other inputs have more responses: {', '.join(left[:12])}{more}."
-    return chosen, [text] * bool(left)
+    unused = [f"{r} to {i}" for r, i in functions if i not in kept]
+    more = f" and {len(unused) - 12} more" if len(unused) > 12 else ""
+    text = f"Not used, other inputs have more responses: {', '.join(unused[:12])}{more}."
+    return chosen, [text] * bool(unused)
 
 
 def _common_lines(functions: Sequence[Function], run: str) -> FloatArray:

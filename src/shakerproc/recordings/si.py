@@ -175,10 +175,12 @@ def contradicts(file: str, unit: str) -> bool:
     True
     """
     file = likely_unit(file) or file
-    own, other, quantity = parse_unit(file), parse_numbered(unit), quantity_of(file)
+    file_unit, other, quantity = parse_unit(file), parse_numbered(unit), quantity_of(file)
     if not quantity or other is None:
         return False
-    return quantity != other[0] or (own is not None and abs(own[1] / other[1] - 1.0) > 1e-9)
+    return quantity != other[0] or (
+        file_unit is not None and abs(file_unit[1] / other[1] - 1.0) > 1e-9
+    )
 
 
 def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> UnitScale:

@@ -317,7 +317,7 @@ def _unit(unit: str, run: RunSummary, kind: str) -> str:
 
 def _overlaid(now: RunSummary, before: RunSummary) -> PageFigure | None:
     """Return response functions of a test, or densities, now and before."""
-    kind, told = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
+    kind, quantity = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
     content = content_of_summary(now)
     then = {curve.channel: curve for curve in content_of_summary(before).of(kind)}
     units = [content.unit_of(c.channel) for c in content.of(kind) if c.channel in then]
@@ -338,15 +338,15 @@ def _overlaid(now: RunSummary, before: RunSummary) -> PageFigure | None:
     axis, unit = frequency_axis(curves), _unit(units[0], now, kind)
     return PageFigure(
         f"Test {now.test}.",
-        f"{told} now in colour, earlier thin and grey.",
+        f"{quantity} now in colour, earlier thin and grey.",
         to_svg.plot(
             Plot(
                 [*grey, *lines],
                 axis,
-                logarithmic_axis(f"{told} [{unit}]", [*lines, *grey], 5),
+                logarithmic_axis(f"{quantity} [{unit}]", [*lines, *grey], 5),
                 spans=outside(now, axis),
             ),
             most=STILL,
-            title=f"{told} of test {now.test}, now and earlier",
+            title=f"{quantity} of test {now.test}, now and earlier",
         ),
     )

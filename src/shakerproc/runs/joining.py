@@ -186,11 +186,11 @@ class BesideSource(SampleSource):
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         n = len(self.main.channels)
         out = np.empty((len(rows), max(0, stop - start)))
-        own = [i for i, row in enumerate(rows) if row < n]
+        here = [i for i, row in enumerate(rows) if row < n]
         theirs = [i for i, row in enumerate(rows) if row >= n]
         low, high = self.first + start, self.first + stop
-        if own:
-            out[own] = self.main.select([rows[i] for i in own]).samples(low, high)
+        if here:
+            out[here] = self.main.select([rows[i] for i in here]).samples(low, high)
         if theirs:
             chosen = self.other.select([rows[i] - n for i in theirs])
             times = self.clock.at(np.arange(low, high) / self.main.sample_rate)
@@ -230,11 +230,11 @@ def side_by_side(
     RecordingError
         If there is no such channel, they have nothing in common, or no time.
     """
-    clock, told = RecorderClock(0.0), "they begin together (starts: ignore)"
+    clock, how = RecorderClock(0.0), "they begin together (starts: ignore)"
     if stamped:
-        clock, told = RecorderClock(_by_stamps(main, other)), "they have one clock"
+        clock, how = RecorderClock(_by_stamps(main, other)), "they have one clock"
     if common is not None:
-        clock, told = _clock(main, other, common)
+        clock, how = _clock(main, other, common)
     names = {channel.name for channel in main.channels}
     twice = [channel.name for channel in other.channels if channel.name in names]
     if twice:
@@ -249,11 +249,11 @@ def side_by_side(
     last = min(main.n_samples, round(until * main.sample_rate))
     if last - first < 2:
         raise RecordingError(
-            f"{main.run}: {_name(main)} and {_name(other)} have no time in common: {told}."
+            f"{main.run}: {_name(main)} and {_name(other)} have no time in common: {how}."
         )
     rate = main.sample_rate
     note = (
-        f"{_name(other)} beside {_name(main)}: {told}; its {other.sample_rate:.6g} Hz were "
+        f"{_name(other)} beside {_name(main)}: {how}; its {other.sample_rate:.6g} Hz were "
         f"brought to {rate:.6g} Hz. Used is what both cover, {first / rate:.6g} to "
         f"{last / rate:.6g} s."
     )

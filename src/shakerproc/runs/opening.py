@@ -179,17 +179,17 @@ def conditions_of(test: Test) -> tuple[Conditions, tuple[str, ...]]:
     ShakerprocError
         If the recording cannot be used.
     """
-    values, told = dict(test.conditions), list[str]()
+    values, notes = dict(test.conditions), list[str]()
     for use in test.measured_conditions:
         name = use.name or str(use.key)
         if name not in values:
             mean, spread, unit = _mean(test, use)
             values[name] = f"{mean:.9g} {unit}"
-            told.append(
+            notes.append(
                 f"{name} {numeral(mean)} {unit} in the mean, varying by {numeral(spread, 2)} "
                 f"{unit} rms"
             )
-    return Conditions(values, f"test {test.id}"), tuple(told)
+    return Conditions(values, f"test {test.id}"), tuple(notes)
 
 
 def _mean(test: Test, use: ChannelUse) -> tuple[float, float, str]:

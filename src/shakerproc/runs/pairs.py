@@ -121,8 +121,8 @@ def density_peaks(
         averages = search.spectra.effective_averages
         chance = np.full(values.shape, averages**-0.5) if averages > 1.0 else None
         if search.lines and i in responses:
-            left = spectra.clear_of_lines(search.spectra, search.lines, i)
-            peaks = search.peaks(spectra.masked(values, left), chance)
+            clear = spectra.clear_of_lines(search.spectra, search.lines, i)
+            peaks = search.peaks(spectra.masked(values, clear), chance)
         else:
             peaks = search.peaks(values, chance) or search.peaks(values, None)
         resonance_peaks.append(_read(search, values, peaks, coherence, read))
@@ -139,8 +139,8 @@ def response_peaks(
     rows: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
     if against is not None and not search.one_frequency:
         for row, channel in enumerate(responses):
-            apart = spectra.clear_of_lines(search.spectra, search.lines, channel)
-            gain = spectra.masked(np.abs(against.h1[row]), against.valid & apart)
+            clear = spectra.clear_of_lines(search.spectra, search.lines, channel)
+            gain = spectra.masked(np.abs(against.h1[row]), against.valid & clear)
             chance = spectra.gain_random_error(
                 np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
             )
@@ -383,8 +383,8 @@ def _independent_power(
 ) -> BoolArray:
     """Return where the inputs have power of their own."""
     rows = list(inputs)
-    own = spectra.psd(cross)[rows].sum(axis=0)
-    return np.asarray(own >= OWN * result.averages.psd[rows].sum(axis=0))
+    power = spectra.psd(cross)[rows].sum(axis=0)
+    return np.asarray(power >= OWN * result.averages.psd[rows].sum(axis=0))
 
 
 def _decays_once(result: RunResult) -> bool:

@@ -281,10 +281,10 @@ def _named(
 
 def _unit(channel: RawChannel, said: UnitOption | None) -> str:
     """Return the unit that decides the role of a channel: the file's, or the option's."""
-    own = quantity_of(channel.unit)
-    if said is None or own in _BY_UNIT:
+    quantity = quantity_of(channel.unit)
+    if said is None or quantity in _BY_UNIT:
         return channel.unit
-    return said.unit if said.override or not own else channel.unit
+    return said.unit if said.override or not quantity else channel.unit
 
 
 def with_unit(
@@ -307,8 +307,8 @@ def with_unit(
             channel_uses.append(use)
             continue
         _check_log(use, said, run)
-        own = quantity_of(channel.unit)
-        foreign = own in _BY_UNIT and own != quantity_of(said.unit)
+        quantity = quantity_of(channel.unit)
+        foreign = quantity in _BY_UNIT and quantity != quantity_of(said.unit)
         if contradicts(channel.unit, said.unit) and not foreign:
             against.append(channel)
             channel_uses.append(replace(use, unit=said.unit, override=True))

@@ -421,8 +421,8 @@ def _shape(result: RunResult, i: int, peak: ResonancePeak) -> Mapping[str, tuple
     if not column[i].real > 0.0:
         return {}
     unit = result.channels[i].unit
-    alike = [j for j in result.responses if result.channels[j].unit == unit]
-    over = {result.channels[j].name: complex(column[j] / column[i].real) for j in alike}
+    same_unit = [j for j in result.responses if result.channels[j].unit == unit]
+    over = {result.channels[j].name: complex(column[j] / column[i].real) for j in same_unit}
     return {name: (round(v.real, 5), round(v.imag, 5)) for name, v in over.items()}
 
 

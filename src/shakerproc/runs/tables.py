@@ -498,11 +498,11 @@ def unresolved(run: RunSummary, rows: tuple[PeakRow, ...]) -> str:
 
 def withheld(rows: tuple[PeakRow, ...]) -> Iterator[str]:
     """Yield each reason why a damping is withheld, once, with the peaks that it concerns."""
-    told: dict[str, dict[str, list[str]]] = {}
+    reasons: dict[str, dict[str, list[str]]] = {}
     for row in rows:
         if row.peak.why_not:
-            places = told.setdefault(row.peak.why_not, {})
+            places = reasons.setdefault(row.peak.why_not, {})
             places.setdefault(numeral(row.peak.frequency_hz, 4), []).append(row.channel.name)
-    for reason, places in told.items():
+    for reason, places in reasons.items():
         where = "; ".join(f"{', '.join(names)} at {hz} Hz" for hz, names in places.items())
         yield f"Q withheld ({where}): {reason}"

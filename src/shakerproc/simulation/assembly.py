@@ -313,8 +313,8 @@ def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = F
     slot_of[(combinations + 1) @ 3 ** np.arange(n_lines)[::-1]] = np.arange(count)
     n_states = int(np.sum(machine.lines[:, MEMORY] >= 0))
     n_y, n_events = 2 * machine.mass.size + n_states, 2 * n_lines
-    carried = _nonlinear_numbers(machine)
-    n_forces = int(np.sum(carried >= 0))
+    force_numbers = _nonlinear_numbers(machine)
+    n_forces = int(np.sum(force_numbers >= 0))
     size = n_y + degree + 2 + FORCE_TERMS * n_forces
     store = Store(
         slot_of,
@@ -326,8 +326,8 @@ def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = F
         np.zeros((count, n_events, n_y + 2 + n_forces)),
         np.zeros((count, n_events, n_y + 2 + n_forces)),
         np.empty((count, n_y, size)),
-        carried,
-        _owner(machine, carried, n_states),
+        force_numbers,
+        _owner(machine, force_numbers, n_states),
         np.zeros((count, machine.mass.size + 1, n_forces)),
     )
     free = machine._replace(mode=np.zeros_like(machine.mode))

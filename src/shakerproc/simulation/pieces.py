@@ -151,12 +151,12 @@ def interpolation_error(
         edge = min(PREDICTED_ENDS, earlier) * upsample
         missed = np.abs(found - exact[:, 1::2])[:, edge : steps.size - edge]
         middle = float(np.max(missed, initial=0.0))
-    begun = _error_of_beginnings(samples[places[:, earlier:]], exact, earlier)
+    beginnings = _error_of_beginnings(samples[places[:, earlier:]], exact, earlier)
     ends = max(
         float(np.max(np.abs(part)))
         for part in (samples[:PREDICTED_ENDS], samples[-PREDICTED_ENDS:])
     )
-    return InterpolationError(max(begun * ends, middle) / largest, middle / largest)
+    return InterpolationError(max(beginnings * ends, middle) / largest, middle / largest)
 
 
 def _error_of_beginnings(stretches: FloatArray, exact: FloatArray, earlier: int) -> float:
@@ -175,8 +175,8 @@ def _error_of_beginnings(stretches: FloatArray, exact: FloatArray, earlier: int)
     alone = finer(stretches, parts, 0)[0][:, : PREDICTED_ENDS * parts]
     known = exact[:, earlier * parts :][:, : alone.shape[1]]
     sizes = np.max(np.abs(stretches[:, :PREDICTED_ENDS]), axis=1)
-    apart = np.max(np.abs(alone - known), axis=1)
-    return float(np.max(apart[sizes > 0.0] / sizes[sizes > 0.0], initial=0.0))
+    difference = np.max(np.abs(alone - known), axis=1)
+    return float(np.max(difference[sizes > 0.0] / sizes[sizes > 0.0], initial=0.0))
 
 
 def _predicted(samples: FloatArray) -> FloatArray:
@@ -389,6 +389,6 @@ def pieces_of_signal(
     time = shared.ravel()[: n_intervals * _ANALYTIC_DEGREE + 1] / sample_rate
     values = signal(time)
     pieces = np.empty((n_intervals, nodes.size))
-    apart = 1.0 / (nodes[None, :] - nodes[:, None] + np.eye(nodes.size))
-    through(np.asarray(values, dtype=float), nodes, apart, pieces)
+    inverse_distances = 1.0 / (nodes[None, :] - nodes[:, None] + np.eye(nodes.size))
+    through(np.asarray(values, dtype=float), nodes, inverse_distances, pieces)
     return pieces

@@ -453,11 +453,11 @@ def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
     for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
         if part.size and part.max() > low:
             at = start + int(np.argmax(part))
-            apart = (at - setup.cut.before) / setup.cut.sample_rate
-            kind = "double hit" if abs(apart) < SAME_BLOW else "another blow in the block"
-            side = "after" if apart > 0.0 else "before"
+            delay = (at - setup.cut.before) / setup.cut.sample_rate
+            kind = "double hit" if abs(delay) < SAME_BLOW else "another blow in the block"
+            side = "after" if delay > 0.0 else "before"
             share = float(part.max()) / peak
-            return f"{kind}: {share:.0%} of its force {_time(abs(apart))} {side} it"
+            return f"{kind}: {share:.0%} of its force {_time(abs(delay))} {side} it"
     return ""
 
 

@@ -230,13 +230,13 @@ def _repeats(samples: FloatArray, sample_rate: float) -> str:
     products = np.fft.irfft(np.abs(spectrum) ** 2, 2 * n)[:n]
     energy = np.cumsum(centred**2)
     common = np.sqrt(energy[::-1] * np.maximum(energy[-1] - np.append(0.0, energy[:-1]), 0.0))
-    alike = products[: 2 * n // 3] > (1.0 - UNREPEATED_POWER) * common[: 2 * n // 3]
-    apart = np.flatnonzero(~alike)
-    again = np.flatnonzero(alike[apart[0] :]) if apart.size else np.zeros(0, int)
+    repeats = products[: 2 * n // 3] > (1.0 - UNREPEATED_POWER) * common[: 2 * n // 3]
+    different = np.flatnonzero(~repeats)
+    again = np.flatnonzero(repeats[different[0] :]) if different.size else np.zeros(0, int)
     if not again.size:
         return "nothing in it repeats: correct the crop, or record the multisine again"
-    start = int(apart[0] + again[0])
-    end = start + int(np.argmin(np.append(alike[start:], False)))
+    start = int(different[0] + again[0])
+    end = start + int(np.argmin(np.append(repeats[start:], False)))
     lag = start + int(np.argmax(products[start:end]))
     return f"it repeats after {lag / sample_rate:.9g} s: correct period under multisine"
 
@@ -466,9 +466,9 @@ def line_spectra(driving: ComplexArray, response: ComplexArray, grid: LineGrid) 
         power = np.var(rest, axis=1, ddof=1).mean(axis=0) / n_periods
         noise = np.sqrt(power)
     repeated = grid.n_exciting > 1
-    apart = np.abs(each - function) ** 2
+    squares = np.abs(each - function) ** 2
     freedom = grid.n_exciting[repeated] - 1
-    variance = np.sum(apart * active, axis=0)[repeated] / freedom
+    variance = np.sum(squares * active, axis=0)[repeated] / freedom
     scatter[repeated] = size[repeated] * np.sqrt(variance)
     return LineSpectra(
         grid,

@@ -353,13 +353,13 @@ def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
         )
     s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
     gains, rows = np.einsum("fgh,hjf->gjf", inverse, s_xy), list(spectra.inputs)
-    left = spectra.matrix - np.einsum("gif,gjf->ijf", s_xy[:, rows].conj(), gains)
+    residual = spectra.matrix - np.einsum("gif,gjf->ijf", s_xy[:, rows].conj(), gains)
     density = spectra.density - np.einsum("gjf,gjf->jf", s_xy.conj(), gains).real
-    left[[rows.index(i) for i in given]] = 0.0
-    left[:, list(given)] = 0.0
+    residual[[rows.index(i) for i in given]] = 0.0
+    residual[:, list(given)] = 0.0
     density[list(given)] = 0.0
-    left[range(len(rows)), rows] = density[rows]
-    return replace(spectra, matrix=left, density=density, effective_averages=averages)
+    residual[range(len(rows)), rows] = density[rows]
+    return replace(spectra, matrix=residual, density=density, effective_averages=averages)
 
 
 def power_share(

@@ -179,9 +179,9 @@ def _merged(level: FloatArray, ends: list[int], step: float) -> list[int]:
     numbers = list(ends)
     while len(numbers) > 2:
         mean = [level[:, a:b].mean(axis=1) for a, b in pairwise(numbers)]
-        apart = [np.abs(b - a).max() for a, b in pairwise(mean)]
-        least = int(np.argmin(apart))
-        if apart[least] >= step:
+        distances = [np.abs(b - a).max() for a, b in pairwise(mean)]
+        least = int(np.argmin(distances))
+        if distances[least] >= step:
             break
         del numbers[least + 1]
     return numbers
@@ -256,8 +256,8 @@ def background(cells: Cells) -> FloatArray:
     """
     size = min(round(BACKGROUND_TIME / cells.seconds) | 1, (2 * cells.count - 1) | 1)
     median = scipy.ndimage.median_filter(cells.mean_square, (1, size), mode="nearest")
-    beside = 2 * round(BACKGROUND_SIDES / cells.seconds) + 1
-    widened = scipy.ndimage.maximum_filter(median, (1, beside), mode="nearest")
+    width = 2 * round(BACKGROUND_SIDES / cells.seconds) + 1
+    widened = scipy.ndimage.maximum_filter(median, (1, width), mode="nearest")
     return np.sqrt(np.asarray(widened, dtype=np.float64))
 
 

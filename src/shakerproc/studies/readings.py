@@ -373,16 +373,16 @@ def read_run(
         The motion of the run itself, the values, their standard errors doubled.
     """
     motion = simulated(model, run)
-    told = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
+    quantities = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
     if not motion.chaotic or several < 2:
-        return motion, {**read(motion), **told}, {}
+        return motion, {**read(motion), **quantities}, {}
     rows = [read(one) for one in ensemble(model, run, several)]
     values = {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
     errors = {
         name: 2.0 * float(np.std([row[name] for row in rows]) / np.sqrt(several))
         for name in rows[0]
     }
-    return motion, {**values, **told}, errors
+    return motion, {**values, **quantities}, errors
 
 
 def half_cycles(time: FloatArray, displacement: FloatArray) -> FloatArray:
@@ -438,8 +438,8 @@ def distortion(motion: SimulatedMotion) -> float:
     phase = 2.0 * np.pi * (motion.time[inside] - ends[0]) / (ends[2] - ends[0])
     shapes = np.column_stack([np.ones(cycle.size), np.cos(phase), np.sin(phase)])
     fitted, *_ = np.linalg.lstsq(shapes, cycle, rcond=None)
-    left = cycle - shapes @ fitted
-    return float(np.sqrt(np.mean(left**2) / np.mean((cycle - fitted[0]) ** 2)))
+    residual = cycle - shapes @ fitted
+    return float(np.sqrt(np.mean(residual**2) / np.mean((cycle - fitted[0]) ** 2)))
 
 
 def share_at(lines: Spectrum, frequency: float) -> float:
@@ -477,11 +477,11 @@ def period_of(displacement: FloatArray, velocity: FloatArray) -> float:
         Motion once a period of the excitation [m], [m/s].
     """
     for period in range(1, displacement.size // 2 + 1):
-        apart = (
+        repeats = (
             np.max(np.abs(one[period:] - one[:-period])) <= SETTLED * np.max(np.abs(one))
             for one in (displacement, velocity)
         )
-        if all(apart):
+        if all(repeats):
             return float(period)
     return float("inf")
 

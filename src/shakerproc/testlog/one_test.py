@@ -291,8 +291,8 @@ class Test:
             If it is not, or a link to outside the log's folder.
         """
         if not path.is_file():
-            beside = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
-            near = near_miss(path.name, [one.name for one in beside if one.is_file()])
+            neighbours = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
+            near = near_miss(path.name, [one.name for one in neighbours if one.is_file()])
             raise LogError(
                 f"{self.source}: test {self.id}: no recording {path}"
                 f"{f', did you mean {quoted(near)}?' if near else ''}; put the file there, "

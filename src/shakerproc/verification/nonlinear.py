@@ -113,13 +113,13 @@ def _stiffness_raises() -> ClaimFinding:
 def _stiffness_lowers_relative() -> ClaimFinding:
     rows = {a: [gap_peak(a, stiffness=k) for k in STIFFNESSES] for a in (0.5e-3, 5e-3)}
     natural = [float(np.sqrt(k) / (2.0 * np.pi)) for k in STIFFNESSES]
-    told = {
+    ratios = {
         a: [one.value / by for one, by in zip(row, natural, strict=True)]
         for a, row in rows.items()
     }
     return ClaimFinding(
         "k = 250 ... 10000 N/m: "
-        + ", ".join(f"{series(row)} of omega_n at {1e3 * a:g} mm" for a, row in told.items()),
+        + ", ".join(f"{series(row)} of omega_n at {1e3 * a:g} mm" for a, row in ratios.items()),
         (
             peaks(
                 "omega_e / omega_n [-]",
@@ -172,12 +172,12 @@ def _frequency_domain() -> ClaimFinding:
     branch = found.branches[0]
     folds = series([branch.frequency[i] for i in branch.folds])
     unstable = int(np.sum(~branch.stable))
-    apart = difference_from_simulation(found)
+    difference = difference_from_simulation(found)
     return ClaimFinding(
         f"harmonic balance gives the whole curve with {branch.frequency.size} points, folds at "
         f"{folds} Hz and {unstable} unstable points between them; contact is lost at "
         f"{branch.frequency[-1]:.3f} Hz",
-        (below("difference from the exact stepper over a period [-]", apart, 1e-3),),
+        (below("difference from the exact stepper over a period [-]", difference, 1e-3),),
     )
 
 
@@ -267,11 +267,11 @@ def _peak_against_level(phase: float) -> ClaimFinding:
 
 def _off_the_multiples(run_peaks: list[PeakOfRun], forcing: list[float]) -> Checked:
     """Return whether peaks lie off every multiple of the forcing, as natural frequencies do."""
-    apart = [
+    distances = [
         abs(one.value - max(1.0, round(one.value / hertz)) * hertz) / one.resolution
         for one, hertz in zip(run_peaks, forcing, strict=True)
     ]
-    return above("omega_e from a multiple of the forcing [resolutions]", apart, 1.0)
+    return above("omega_e from a multiple of the forcing [resolutions]", distances, 1.0)
 
 
 def _peak_against_ratio() -> ClaimFinding:
@@ -338,7 +338,7 @@ def _solvers_differ() -> ClaimFinding:
         )
     ]
     errors = [float(np.max(np.abs(motion - exact))) / size for motion in motions]
-    apart = float(np.max(np.abs(motions[0] - motions[1]))) / size
+    difference = float(np.max(np.abs(motions[0] - motions[1]))) / size
     return ClaimFinding(
         f"n = 3, 5 s of free motion from 1 mm, MATLAB's default tolerance of 1e-3. RK45 "
         f"(ode45) errs by {100.0 * errors[0]:.0f} % of the amplitude, BDF (like ode15s) by "
@@ -346,7 +346,9 @@ def _solvers_differ() -> ClaimFinding:
         f"{100.0 * errors[2]:.0f} %. Both solvers are wrong, not one of them",
         (
             above(
-                "RK45 against BDF, largest difference [% of the amplitude]", 100.0 * apart, 10.0
+                "RK45 against BDF, largest difference [% of the amplitude]",
+                100.0 * difference,
+                10.0,
             ),
         ),
     )

@@ -30,11 +30,11 @@ def _phase() -> ClaimFinding:
     ratios = np.array([0.5, 1.5])
     both = np.degrees(np.arctan(2.0 * 0.1 * ratios / (1.0 - ratios**2)))
     printed = float(both[1])
-    apart = np.abs(both - np.degrees(closed_forms.phase_lag(ratios, 0.1)))
+    difference = np.abs(both - np.degrees(closed_forms.phase_lag(ratios, 0.1)))
     return ClaimFinding(
         f"at r = 1.5, zeta = 0.1 it prints {printed:.1f} deg, the lag is {lag:.1f} deg: the "
         f"arctangent needs its quadrant beyond resonance",
-        (below("error at r = 0.5 and 1.5 [deg]", apart, 1e-9),),
+        (below("error at r = 0.5 and 1.5 [deg]", difference, 1e-9),),
     )
 
 

@@ -184,8 +184,8 @@ def _written_up(
     further: Sequence[ReportSection],
 ) -> dict[str, Any]:
     runs = campaign.runs
-    told = trends_of(runs, wish)
-    channel, found, missing = told.channel, told.found, told.missing
+    trends = trends_of(runs, wish)
+    channel, found, missing = trends.channel, trends.found, trends.missing
     write_tables(runs, found, channel, root)
     if wish.figures:
         draw_trends([trend_in(one, USUAL) for one in found], root / "trends")

@@ -326,9 +326,9 @@ def log_text(
     """
     controls = controls_of_seen(seen[0])
     usual, crop = entries(seen[0]), crop_of(seen, controls)
-    own = {one.path: unusual_channels(one, usual, controls, crop) for one in seen}
+    channel_lines = {one.path: unusual_channels(one, usual, controls, crop) for one in seen}
     first = seen[0].path.relative_to(recordings).as_posix()
-    for path in (path for path, text in own.items() if text):
+    for path in (path for path, text in channel_lines.items() if text):
         name = path.relative_to(recordings).as_posix()
         warn(f"{name} has other channels than {first}; its line in tests: says which")
     below = recordings.resolve().relative_to(folder.resolve()).as_posix() or "."
@@ -338,7 +338,7 @@ def log_text(
         channels="".join(f"  {key}: {use}   # {note}\n" for key, (use, note) in usual.items()),
         crop=crop,
         times=_times(said),
-        tests=test_lines(own, recordings, ()),
+        tests=test_lines(channel_lines, recordings, ()),
     )
 
 

@@ -31,10 +31,10 @@ def known_kinds() -> "Mapping[str, Kind]":
 def document_of(one: "Kind") -> dict[str, object]:
     """Return formula, parameters, signature and references of a kind, for JSON and pages."""
     doc = inspect.getdoc(one) or ""
-    told, _, references = doc.partition("References\n----------\n")
+    description, _, references = doc.partition("References\n----------\n")
     return {
         "formula": one.formula,
-        "about": _plain(" ".join(told.split("\n\n")[0].split())),
+        "about": _plain(" ".join(description.split("\n\n")[0].split())),
         "signature": one.signature,
         "parameters": {
             name: {

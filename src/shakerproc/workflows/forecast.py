@@ -103,8 +103,8 @@ class Forecast(Shown):
         return matplotlib_figure(first, str(first.plots[0].title))
 
     def _repr_html_(self) -> str:
-        told = [text for one in self.found.tests for text in sentences(one)]
-        return html(self.sentence, [*told, *self.found.notes], self.to_pandas())
+        texts = [text for one in self.found.tests for text in sentences(one)]
+        return html(self.sentence, [*texts, *self.found.notes], self.to_pandas())
 
 
 def forecast(

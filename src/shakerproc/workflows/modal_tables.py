@@ -69,8 +69,8 @@ def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
         found["damping_scatter_percent"].append(spread[1])
         shift = float(100.0 * (f[-1] / f[0] - 1.0)) if several else np.nan
         found["frequency_first_to_last_percent"].append(shift)
-        alike = [s.mac for s in track.sightings if s.mac is not None]
-        found["least_mac"].append(min(alike) if several and alike else np.nan)
+        mac_values = [s.mac for s in track.sightings if s.mac is not None]
+        found["least_mac"].append(min(mac_values) if several and mac_values else np.nan)
     return {**columns, **found}
 
 
@@ -96,12 +96,12 @@ def mode_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
     for place, one in enumerate(analysis.tests):
         modes = one.modes
         for i in range(modes.poles.size):
-            number, alike = tracked[place, i]
+            number, mac_value = tracked[place, i]
             row = (
                 one.name, i + 1, number, float(modes.frequency[i]),
                 *map(float, modes.frequency_bounds[:, i]), float(modes.damping[i]),
                 *map(float, modes.damping_bounds[:, i]), float(modes.collinearity[i]),
-                alike, modes.method, one.test.joint, one.test.specimen, one.test.clearance,
+                mac_value, modes.method, one.test.joint, one.test.specimen, one.test.clearance,
                 one.test.excitation or "", one.test.level_text, *_scatter(modes, i),
             )  # fmt: skip
             for name, value in zip(names, row, strict=True):

@@ -264,7 +264,7 @@ def _chosen(
     """
     if not options.at and log is None:
         return table, ()
-    points, told = {}, []
+    points, notes = {}, []
     for name, place in pairs(options.at).items():
         points[name] = "/".join(place.split(maxsplit=1)) if place not in table.row_of else place
         if points[name] not in table.row_of:
@@ -278,9 +278,9 @@ def _chosen(
             raise ArgumentError("at", f"{point} is the name of a sensor; choose another")
         points[point], how = _place_of(table, file, seat)
         against = ", against its direction: declare sensor_polarity" * (seat.axis != axis)
-        told.append(f"{point}: {points[point]}{how}{against}")
+        notes.append(f"{point}: {points[point]}{how}{against}")
     axes = {options.direction or "", *(split_place(p)[1] for p in points.values())} - {""}
-    return seen_at(table, points, axes or {""}), tuple(told)
+    return seen_at(table, points, axes or {""}), tuple(notes)
 
 
 def _seats(log: TestLog, table: ModeTable, direction: str | None) -> Iterator[_Seat]:

@@ -240,12 +240,12 @@ class DraftedLog:
                 "tests: is not there. Move tests: to the end, or name the log with --log."
             )
         usual = self._usual(log)
-        own = {
+        channel_lines = {
             path: unusual_channels(one, usual, controls_of_seen(one), "none")
             + _quiet_crop(log, one)
             for path, one in seen.items()
         }
-        lines = test_lines(own, log.folder, {str(test.id) for test in log.tests})
+        lines = test_lines(channel_lines, log.folder, {str(test.id) for test in log.tests})
         return text.rstrip("\n") + "\n" + lines
 
     def _usual(self, log: TestLog) -> Mapping[str, tuple[str, str]]:
@@ -377,18 +377,18 @@ class Watch:
         if other:
             self._tried, self.log = {}, log
             self._wish = replace(self._wish, header=tried_header(log), units=units_of(log))
-        arrived = {
+        arrivals = {
             test.id: tuple(still[path] for path in files)
             for test in log.active
             if (files := _resolved(test.files)) and all(path in still for path in files)
         }
-        due = {test: now for test, now in arrived.items() if self._tried.get(test) != now}
+        due = {test: now for test, now in arrivals.items() if self._tried.get(test) != now}
         if other or due:
             refresh = max(_REFRESH, pace.every)
             self._round(log, due, refresh)
             self._tried |= due
         if due and self._after is not None:
-            there = [test for test in log.active if test.id in arrived]
+            there = [test for test in log.active if test.id in arrivals]
             self._after(replace(log, tests=tuple(there)))
         return bool(due)
 

@@ -88,8 +88,8 @@ def check(
         output.message(f"note: {note}")
     for test in result.added:
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
-    told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
-    output.data(told)
+    summary = _sum(result.compared, wanted, len(result.deviations), len(reasons))
+    output.data(summary)
     if not result.holds:
         output.finish(1)
 

@@ -166,11 +166,11 @@ def print_modes(
 def _print_table(title: str, described: "CouponFile", modes: "tuple[NamedMode, ...]") -> None:
     from shakerproc.finite_elements.annular_meshes import MODELS
 
-    published, own = published_of(described), COLUMN_OF_CLAMP[described.clamp]
+    published, clamp_column = published_of(described), COLUMN_OF_CLAMP[described.clamp]
     rows = []
     for mode in modes:
         known = published.get((mode.diameters, mode.circles))
-        off = _deviation(mode.frequencies.get(own, float("nan")), known)
+        off = _deviation(mode.frequencies.get(clamp_column, float("nan")), known)
         cells = [
             mode.diameters,
             mode.circles,
@@ -179,7 +179,7 @@ def _print_table(title: str, described: "CouponFile", modes: "tuple[NamedMode, .
             f"{off:+.2f}" if off is not None else None,
         ]
         rows.append(cells)
-    columns = ("diameters", "circles", *MODELS, "published", f"{own}: off by %")
+    columns = ("diameters", "circles", *MODELS, "published", f"{clamp_column}: off by %")
     output.print_table(columns, rows, title=title)
 
 

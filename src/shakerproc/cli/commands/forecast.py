@@ -133,8 +133,8 @@ def print_step(step: "LastStep") -> None:
     names = ("predicted", *(("low", "high") if band else ()), "measured", "unit", "error [dB]")
     rows = []
     for one in step.values:
-        told = (one.predicted, *((one.low, one.high) if band else ()), one.measured)
-        unit, values = as_shown(one.unit, *told)
+        cells = (one.predicted, *((one.low, one.high) if band else ()), one.measured)
+        unit, values = as_shown(one.unit, *cells)
         what = one.what.replace("_hz", "").replace("_", " ")
         rows.append((one.response, what, *values, unit, f"{one.error_db:+.2f}"))
     title = f"Test {step.test}, predicted and measured"

@@ -213,8 +213,8 @@ def _measurements(group: "RawGroup") -> None:
     from shakerproc.recordings.choosing import measurement_text
 
     for number, part in enumerate(group.measurements, 1):
-        apart = f", another {group.differs[number - 2]}" if number > 1 else ""
-        output.data(f"measurement {number}: {measurement_text(part)}{apart}")
+        difference = f", another {group.differs[number - 2]}" if number > 1 else ""
+        output.data(f"measurement {number}: {measurement_text(part)}{difference}")
     if group.more:
         output.data(f"and {group.more} more measurements")
 

@@ -122,8 +122,8 @@ def _logged(log_path: Path, wanted: str | None, recording: Path) -> "Test":
 
 def _files(test: "Test") -> set[str]:
     """Return the names of the files of a test, with those that follow and those beside."""
-    beside = (one.recording for one in test.beside)
-    return {Path(one).name for one in (test.recording, *test.continued, *beside) if one}
+    further = (one.recording for one in test.beside)
+    return {Path(one).name for one in (test.recording, *test.continued, *further) if one}
 
 
 def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | None:

@@ -161,10 +161,10 @@ class _Side:
         values = near[near < top] if near.size > 1 else near[:0]
         if not values.size:
             values = samples[samples < top]
-        beside = float(values.max()) if values.size else -np.inf
+        largest = float(values.max()) if values.size else -np.inf
         counts = {top: int(np.count_nonzero(near == top))}
         if values.size:
-            counts[beside] = int(np.count_nonzero(values == beside))
+            counts[largest] = int(np.count_nonzero(values == largest))
         if self.count:
             counts[self.value] = counts.get(self.value, 0) + self.count
         if self.next_count:

@@ -166,14 +166,14 @@ class _Averages:
         used = np.flatnonzero(keep & (product > 0.0))
         if not used.size:
             return 1.0
-        left = (
+        unexplained = (
             1.0 - np.abs(self.cross[reference][row - reference - 1, used]) ** 2 / product[used]
         )
-        depth = -(self.pieces - 1) * np.log(np.clip(left, 1e-300, 1.0))
+        depth = -(self.pieces - 1) * np.log(np.clip(unexplained, 1e-300, 1.0))
         tries = 2.0 * len(self.cross)
         at_one = used.size * float(np.exp(-depth.max()))
-        apart = depth[::APART]
-        at_all = float(scipy.special.gammaincc(apart.size, apart.sum()))
+        independent = depth[::APART]
+        at_all = float(scipy.special.gammaincc(independent.size, independent.sum()))
         return min(1.0, tries * min(at_one, at_all))
 
 
@@ -235,9 +235,9 @@ class Connection(AbstractHealthCheck):
             for other, at in enumerate(self._rows)
             if self._recording.channels[at].unit == unit
         )
-        own = self._spread(row)
+        spread = self._spread(row)
         quietest = min(self._spread(other) for other in range(len(self._rows)))
-        return own * LOUDER <= largest or quietest * LOUDER > largest
+        return spread * LOUDER <= largest or quietest * LOUDER > largest
 
     def _is_noise_or_hum(self, row: int) -> bool:
         """Return whether half of its power is noise or hum, as of an open input.
@@ -299,8 +299,8 @@ class Connection(AbstractHealthCheck):
     def _reach(self, row: int) -> FloatArray:
         """Return the share of each channel's power below half the own rate of one [-]."""
         averages, rate = self._averages[-1], self._recording.sample_rate
-        own = self._recording.channels[self._rows[row]].own_rate or rate
-        below = np.arange(averages.power.shape[1]) * rate / averages.size <= own / 2.0
+        channel_rate = self._recording.channels[self._rows[row]].own_rate or rate
+        below = np.arange(averages.power.shape[1]) * rate / averages.size <= channel_rate / 2.0
         return _share(averages.power, below)
 
     def _without_hum(self, averages: _Averages) -> NDArray[np.bool_]:

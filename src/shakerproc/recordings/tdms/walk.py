@@ -293,11 +293,11 @@ def _add_extents(
 ) -> None:
     full, rest = divmod(there, state.layout.size)
     if full:
-        apart = structure.waveforms.data(
+        separate = structure.waveforms.data(
             state.number, state.layout, full, len(structure.extents)
         )
         new = Extent(lead.data, full, state.layout, state.layout.size)
-        append_extent(structure.extents, new, separate=apart)
+        append_extent(structure.extents, new, separate=separate)
     if rest:
         tail = (
             cut_layout(state.layout, state.objects or (), rest)

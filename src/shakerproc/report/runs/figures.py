@@ -188,8 +188,10 @@ def _harmonics_of_sweep(content: RunContent) -> list[Curve]:
 def _spans(content: RunContent) -> str:
     """Return from where to where each sweep goes, in words."""
     first = content.of("sweep")[0].channel
-    own = [c for c in content.of("sweep") if c.channel == first]
-    sentences = [f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in own]
+    sweeps = [c for c in content.of("sweep") if c.channel == first]
+    sentences = [
+        f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in sweeps
+    ]
     return (
         f": {', '.join(sentences)}"
         if len(sentences) <= MOST_TOLD
@@ -221,9 +223,9 @@ def harmonics_plot(content: RunContent) -> Plot | None:
         return None
     tone = float(lines[0].x[0])
     names = {float(x): f"{round(x / tone)} x {numeral(tone, 4)} Hz" for x in lines[0].x}
-    apart = 0.4 * tone / len(lines)
+    spacing = 0.4 * tone / len(lines)
     points = [
-        replace(line, x=line.x + apart * (i - (len(lines) - 1) / 2.0), points=True)
+        replace(line, x=line.x + spacing * (i - (len(lines) - 1) / 2.0), points=True)
         for i, line in enumerate(lines)
     ]
     unit = content.units[0] if len(content.units) == 1 else "unit of the channel"

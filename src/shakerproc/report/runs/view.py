@@ -132,8 +132,8 @@ def _analysis_view(one: AnalysisSummary, run: RunSummary) -> AnalysisView:
 
 def _title(run: RunSummary) -> str:
     names = ("specimen", "joint", "clearance_m", "orientation", "excitation", "level")
-    told = (trends.shown(name, run.facts.get(name)) for name in names)
-    return ", ".join((f"Test {run.test}", *filter(None, told)))
+    facts = (trends.shown(name, run.facts.get(name)) for name in names)
+    return ", ".join((f"Test {run.test}", *filter(None, facts)))
 
 
 def _facts(run: RunSummary) -> str:

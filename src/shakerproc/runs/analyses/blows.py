@@ -113,12 +113,12 @@ def _problems(blows: Blows) -> list[str]:
             f"the blows of {name} are negative: the hammer is the wrong way round. All phases "
             "are off by 180°; give its sensitivity the other sign"
         )
-    left, cut = blows.end_share, blows.setup.cut
-    if left * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
+    end_share, cut = blows.end_share, blows.setup.cut
+    if end_share * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
         problems.append(
-            f"{left:.0%} of a response is left at the end of the blocks (rms over its largest "
-            "value): what is cut off falsifies the peaks. Take a longer block, or processing: "
-            "{hammer: {exponential: 1 %}}, whose damping is taken away again"
+            f"{end_share:.0%} of a response is left at the end of the blocks (rms over its "
+            "largest value): what is cut off falsifies the peaks. Take a longer block, or "
+            "processing: {hammer: {exponential: 1 %}}, whose damping is taken away again"
         )
     problems += _silent(blows)
     if len(blows.kept) == 1:

@@ -53,9 +53,9 @@ def _at_the_force(
     result: RunResult, uses: list[ChannelUse], force: int
 ) -> Iterator[tuple[int, float]]:
     """Yield each sensor at the place of the force, and 1, or -1 where it faces against it."""
-    own = (uses[force].position, uses[force].direction)
+    place = (uses[force].position, uses[force].direction)
     for row, use in enumerate(uses):
-        sense = sense_of(own, (use.position, use.direction))
+        sense = sense_of(place, (use.position, use.direction))
         if row != force and sense and result.channels[row].unit in INTEGRATIONS:
             yield row, sense
 

@@ -187,10 +187,10 @@ def sentence(
         parts = [f"{NAMES[one.kind]} {_percent(one.value)}" for one in shares.values()]
         return f"{where}: {', '.join(parts)} of the response (rms), with the noise in them."
     found = [one for one in shares.values() if one.bands]
-    beside = f"noise {_percent(noise)}"
+    noise_text = f"noise {_percent(noise)}"
     if not found:
         most = max(one.limit for one in shares.values())
-        return f"{where}: linear within {_percent(most)} of the response; {beside}."
+        return f"{where}: linear within {_percent(most)} of the response; {noise_text}."
     rest = [one for one in shares.values() if not one.bands]
     parts = [
         f"{NAMES[one.kind]} of {_percent(one.value)} of the response (rms), out of the noise "
@@ -198,7 +198,7 @@ def sentence(
         for one in found
     ]
     parts += [f"{NAMES[one.kind]} below {_percent(one.limit)}" for one in rest]
-    parts.append(beside)
+    parts.append(noise_text)
     hints = [HINTS[one.kind] for one in found if one.kind in HINTS]
     return f"{where}: {'; '.join(parts)}.{f' {_first_upper(hints)}.' if hints else ''}"
 

@@ -180,10 +180,10 @@ def _rotation(samples: FloatArray, recording: Recording, row: int, wanted: Order
     """
     rate = recording.sample_rate
     direct = {"rad/s": rotation_at_speed, "rad": rotation_at_angle}
-    told = direct.get(recording.channels[row].unit)
-    if told is None:
+    speed_unit = direct.get(recording.channels[row].unit)
+    if speed_unit is None:
         return rotation(samples, rate, wanted.pulses_per_revolution)
-    return told(samples, rate)
+    return speed_unit(samples, rate)
 
 
 def _tracked(

@@ -380,10 +380,10 @@ def _advice(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Ite
         "To process a part alone, give a test of the log its times: crop: {from: ... s, "
         "to: ... s}. Peak and rms of vibration are without the shocks in it."
     )
-    left = len(parts) - len(spectra)
-    if left:
+    n_unread = len(parts) - len(spectra)
+    if n_unread:
         yield (
-            f"{left} of {len(parts)} parts have no spectrum: only the {MOST_SPECTRA} highest "
-            f"shocks and the {MOST_SPECTRA} longest parts of vibration have one. A part "
-            "has to hold one segment of welch without a shock."
+            f"{n_unread} of {len(parts)} parts have no spectrum: only the {MOST_SPECTRA} "
+            f"highest shocks and the {MOST_SPECTRA} longest parts of vibration have one. A "
+            "part has to hold one segment of welch without a shock."
         )

@@ -306,11 +306,11 @@ def _missed(row: dict[str, Cell], unit: str) -> str:
 def _moved(tones: MixedTones, k: int, row: dict[str, Cell]) -> str:
     """Return that a tone is not fixed, where that leaves much of it in the density."""
     whole = tones.control[k]
-    apart = np.abs(tones.parts[:, k] - whole).max()
-    if not tones.moves[k] or apart <= AMPLITUDE_TOLERANCE * abs(whole):
+    largest = np.abs(tones.parts[:, k] - whole).max()
+    if not tones.moves[k] or largest <= AMPLITUDE_TOLERANCE * abs(whole):
         return ""
     return (
-        f"the tone at {row['frequency_hz']:.5g} Hz moves by up to {apart / abs(whole):.0%} of "
-        "its amplitude during the run. Only fixed tones are taken out whole; the density "
+        f"the tone at {row['frequency_hz']:.5g} Hz moves by up to {largest / abs(whole):.0%} "
+        "of its amplitude during the run. Only fixed tones are taken out whole; the density "
         "there holds the rest"
     )

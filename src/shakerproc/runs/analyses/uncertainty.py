@@ -180,7 +180,7 @@ def _of_peak(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> Iterator[
     """Yield frequency and height of a peak, natural frequency and damping of its mode."""
     at, k = peak.peak.frequency, peak.peak.index
     height = float(of.values[k])
-    own = calibration(result, height, of.powers)
+    calibrated = calibration(result, height, of.powers)
     place, chance = _chance(result, of, peak)
     noise = unknown("noise", of.noise_origin)
     if of.noise is not None:
@@ -188,7 +188,7 @@ def _of_peak(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> Iterator[
     bins = rectangular("resolution", 0.5 * result.spectra.bin_width, "half a bin")
     name, width = f"{of.quantity} peak frequency", _resolution(result, of, peak)
     yield Budget(of.channel, name, at, at, "Hz", (bins, *place))
-    lines = (own, *width, *chance, noise)
+    lines = (calibrated, *width, *chance, noise)
     yield Budget(of.channel, f"{of.quantity} height", at, height, of.unit, lines)
     if peak.damping is not None:
         yield from of_mode(of.channel, of.quantity, at, peak.damping)
@@ -235,12 +235,12 @@ def _resolution(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> list[C
         return [rectangular("resolution", off, "distance from the fit of the mode")]
     if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
         return [unknown("resolution", NOT_RESOLVED)]
-    own = spectra.resonance_width(seen, cross.resolution)
-    low = 1.0 / spectra.smeared_height(cross, own) - 1.0
-    beside = (cross.bin_width / own) ** 2 / of.power
+    true_width = spectra.resonance_width(seen, cross.resolution)
+    low = 1.0 / spectra.smeared_height(cross, true_width) - 1.0
+    bin_loss = (cross.bin_width / true_width) ** 2 / of.power
     return [
         bias("resolution", height * low, "smearing by the window"),
-        rectangular("resolution", height * beside, "half a bin beside the top"),
+        rectangular("resolution", height * bin_loss, "half a bin beside the top"),
     ]
 
 
@@ -333,12 +333,12 @@ def _of_sweep(
         off = abs(mode.steady_gain - reading.gain) * factor
         height = rectangular("resolution", off, source)
     yield Budget(channel, f"{name} peak frequency", at, at, "Hz", (place,))
-    own = calibration(result, gain, over_mean(i, result.controls))
+    calibrated = calibration(result, gain, over_mean(i, result.controls))
     noise = unknown("noise", NOT_QUIET)
     if quiet is not None:
         share = _noise_of_sweep(result, reading, quiet)
         noise = rectangular("noise", gain * share, quiet.origin)
-    yield Budget(channel, f"{name} gain", at, gain, unit or "1", (own, height, noise))
+    yield Budget(channel, f"{name} gain", at, gain, unit or "1", (calibrated, height, noise))
     if mode is not None:
         yield damping(channel, name, at, mode.ratio, mode.ratio * mode.half)
 
@@ -470,11 +470,11 @@ def _lines(budget: Budget) -> Iterator[dict[str, Cell]]:
 
 def _not_known(result: RunResult, budgets: Sequence[Budget]) -> Iterator[str]:
     """Yield each reason why a contribution is unknown, once, with the numbers concerned."""
-    told: dict[tuple[str, str], dict[str, None]] = {}
+    unknowns: dict[tuple[str, str], dict[str, None]] = {}
     for budget in budgets:
         for line in budget.lines:
             if line.given is None and line.group != "calibration":
-                told.setdefault((line.group, line.source), {})[budget.channel] = None
+                unknowns.setdefault((line.group, line.source), {})[budget.channel] = None
     if any(result.averages.psd_peaks) and not is_random(result):
         yield (
             "Peaks of densities have no budget: the run is no random vibration, and nothing "
@@ -482,6 +482,6 @@ def _not_known(result: RunResult, budgets: Sequence[Budget]) -> Iterator[str]:
         )
     bare = [channel.name for channel in result.channels if channel.uncertainty is None]
     if bare:
-        told = {("calibration", NO_SHEET): dict.fromkeys(bare)} | told
-    for (group, reason), names in told.items():
+        unknowns = {("calibration", NO_SHEET): dict.fromkeys(bare)} | unknowns
+    for (group, reason), names in unknowns.items():
         yield f"Not known and not taken as zero: {group} of {', '.join(names)}, {reason}."

@@ -91,12 +91,12 @@ class Response:
         ]
         if beyond:
             sentences.append(f"the curves beyond {' and '.join(beyond)}")
-        begun = "at the ends of the band"
+        starts = "at the ends of the band"
         if not any(_whole(branch, self.band) for branch in self.branches):
-            begun += " and near the resonances"
+            starts += " and near the resonances"
         sentences.append(
             f"isolated branches, and others that are not reached from where the curves begin "
-            f"({begun}); a wider band may join them"
+            f"({starts}); a wider band may join them"
         )
         return tuple(sentences)
 
@@ -381,5 +381,5 @@ def difference_from_simulation(response: Response) -> float:
         order=branch.balance.order,
         n_samples=CLOSE // branch.balance.order,
     )
-    apart = np.abs(stepped.motion[0, :-1] - samples)
-    return float(np.max(apart) / np.max(np.abs(samples)))
+    difference = np.abs(stepped.motion[0, :-1] - samples)
+    return float(np.max(difference) / np.max(np.abs(samples)))

@@ -195,8 +195,8 @@ def subharmonic_branches(
 
 def _subharmonic_share(balance: HarmonicBalance, unknowns: FloatArray) -> float:
     """Return the share of the harmonics that are none of the excitation's [-]."""
-    own = balance.numbers % balance.order != 0
-    return float(np.linalg.norm(unknowns[own]) / np.linalg.norm(unknowns))
+    subharmonic = balance.numbers % balance.order != 0
+    return float(np.linalg.norm(unknowns[subharmonic]) / np.linalg.norm(unknowns))
 
 
 def _both_ways(

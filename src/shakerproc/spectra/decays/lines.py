@@ -181,8 +181,8 @@ def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> 
     )
     values = scipy.signal.sosfilt(sections, samples[::-1])[::-1] / abs(at[1])
     time = np.arange(samples.size) / sample_rate + delay
-    settled = time < time[-1] - 4.0 * delay  # the filter began at the end of the record
-    return Oscillation(time[settled], values[settled], bandwidth)
+    undisturbed = time < time[-1] - 4.0 * delay  # the filter began at the end of the record
+    return Oscillation(time[undisturbed], values[undisturbed], bandwidth)
 
 
 def largest_rise(amplitude: FloatArray) -> float:
@@ -208,9 +208,9 @@ def _rest(amplitude: FloatArray) -> float:
     median = float(np.median(end))
     if end.size < NOISE_VALUES:
         return median
-    apart = end[1:-1] - 0.5 * (end[:-2] + end[2:])
+    departure = end[1:-1] - 0.5 * (end[:-2] + end[2:])
     # independent noise less the mean of two neighbours has 1 + 1/4 + 1/4 of its variance
-    return min(median, RAYLEIGH * float(np.sqrt(np.mean(apart**2) / 1.5)))
+    return min(median, RAYLEIGH * float(np.sqrt(np.mean(departure**2) / 1.5)))
 
 
 def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> bool:
@@ -360,8 +360,8 @@ def decay_lines(
     score = over.max(axis=0)
     level = 20.0 * np.log10(np.maximum(score, 1e-300))
     places, _ = scipy.signal.find_peaks(level, prominence=20.0 * np.log10(LEAST_PROMINENCE))
-    beside, *_ = scipy.signal.peak_prominences(score, places)
-    places = places[beside > ABOVE_NOISE]
+    prominence, *_ = scipy.signal.peak_prominences(score, places)
+    places = places[prominence > ABOVE_NOISE]
     alone = [
         _ModeLines(float(frequency[i]), 0.0, magnitude[:, i], over[:, i])
         for i in places.tolist()
@@ -437,6 +437,6 @@ def _line(lines: _ModeLines, groups: Sequence[_ModeLines], highest: float) -> De
         for one in groups
         if one is not lines and one.heights[row] > LEAST_HEIGHT * lines.heights[row]
     ]
-    apart = min(distance for distance, _ in others)
-    ratio = max(tall * apart / distance for distance, tall in others)
-    return DecayLine(lines.frequency, row, apart, max(ratio, 1.0))
+    distance_hz = min(distance for distance, _ in others)
+    ratio = max(tall * distance_hz / distance for distance, tall in others)
+    return DecayLine(lines.frequency, row, distance_hz, max(ratio, 1.0))

@@ -310,8 +310,8 @@ def _parabola(
     root = np.sqrt(weights / weights.mean())
     turned = design * root[:, np.newaxis]
     found, *_ = np.linalg.lstsq(turned, y * root, rcond=None)
-    left = (y - design @ found) * root
-    power = float(left @ left) / (x.size - PARAMETERS * related)
+    residual = (y - design @ found) * root
+    power = float(residual @ residual) / (x.size - PARAMETERS * related)
     error = np.sqrt(power * related * np.linalg.inv(turned.T @ turned)[1, 1])
     half = float(scipy.special.stdtrit(freedom, 0.975) * error)
     return _Parabola(

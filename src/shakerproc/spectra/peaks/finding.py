@@ -116,11 +116,11 @@ def separated(indices: IndexArray, values: FloatArray, distance: float) -> Index
     (m,) array of int
         What is kept, tallest first.
     """
-    left = indices[np.argsort(-values[indices], kind="stable")]
+    remaining = indices[np.argsort(-values[indices], kind="stable")]
     kept = []
-    while left.size:
-        kept.append(left[0])
-        left = left[np.abs(left - left[0]) > distance]
+    while remaining.size:
+        kept.append(remaining[0])
+        remaining = remaining[np.abs(remaining - remaining[0]) > distance]
     return np.array(kept, dtype=np.intp)
 
 
@@ -153,12 +153,12 @@ def resolved(indices: IndexArray, values: FloatArray, errors: FloatArray) -> Ind
     """
     known = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~np.isnan(errors))
     level = np.log(values[known])
-    own = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
-    saddle = saddles(level, own)
-    prominence = level[own] - level[saddle]
+    maxima = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
+    saddle = saddles(level, maxima)
+    prominence = level[maxima] - level[saddle]
     z = scipy.special.ndtri(1.0 - BY_CHANCE / (2.0 * max(1, known.size)))
     sure = errors[known]
-    return np.asarray(known[own[prominence > z * (sure[own] + sure[saddle])]])
+    return np.asarray(known[maxima[prominence > z * (sure[maxima] + sure[saddle])]])
 
 
 def find_peaks(

@@ -138,10 +138,10 @@ def _bend(
     the error, times the root of the number of bins (Cauchy and Schwarz), in standard errors.
     """
     power = 1 if data.kind == "response" else 2
-    apart = np.abs(others - peak).astype(np.float64)
-    under = np.abs(data.values[others]) * (0.5 * width / apart) ** power
-    missed = 2.0 / np.sqrt(45.0) * power * (power + 1) / 2.0 * (reach / apart) ** 2 * under
-    near = apart + max(reach / 2.0, REACH_BINS / 2.0) <= 2 * MOST_BINS
+    distances = np.abs(others - peak).astype(np.float64)
+    under = np.abs(data.values[others]) * (0.5 * width / distances) ** power
+    missed = 2.0 / np.sqrt(45.0) * power * (power + 1) / 2.0 * (reach / distances) ** 2 * under
+    near = distances + max(reach / 2.0, REACH_BINS / 2.0) <= 2 * MOST_BINS
     return np.asarray(near & (missed * np.sqrt(2.0 * reach) > MOST_BIAS * data.errors[peak]))
 
 
@@ -170,8 +170,8 @@ class FittedModes:
     @property
     def scale(self) -> float:
         """Squared misfit over its expectation by chance [-]."""
-        left = float(np.trace(self.covariance)) - self.followed
-        return self.fit.squares / max(left, 1e-3 * self.fit.residual.size)
+        expected = float(np.trace(self.covariance)) - self.followed
+        return self.fit.squares / max(expected, 1e-3 * self.fit.residual.size)
 
     @property
     def spread(self) -> FloatArray:
@@ -255,8 +255,8 @@ def _with_further_mode(
     gained = (fitted.fit.squares - best.squares) / max(1.0, more.scale)
     if gained <= 2.0 * (more.followed - fitted.followed):
         return None
-    settled = _refitted(spectra, data, shape, best)
-    return settled if settled.fit.converged else None
+    refitted = _refitted(spectra, data, shape, best)
+    return refitted if refitted.fit.converged else None
 
 
 def _candidates(bins: IndexArray, fitted: FittedModes, maxima: IndexArray) -> Iterator[int]:

@@ -85,10 +85,10 @@ class SmearedModes:
 
     def _columns(self, direct: ComplexArray, mirrored: ComplexArray) -> FloatArray:
         """Return the columns of a residue and its conjugate, real above imaginary parts."""
-        both, apart = direct + mirrored, 1j * (direct - mirrored)
+        both, difference = direct + mirrored, 1j * (direct - mirrored)
         if self.kind == "density":
-            return np.column_stack([both.real, apart.real])
-        return np.column_stack([stacked(both), stacked(apart)])
+            return np.column_stack([both.real, difference.real])
+        return np.column_stack([stacked(both), stacked(difference)])
 
 
 @final

@@ -76,10 +76,10 @@ def rising_edges(tachometer: FloatArray, sample_rate: float) -> tuple[FloatArray
     middle, margin = 0.5 * (low + high), HYSTERESIS * (high - low)
     state = np.where(tachometer > middle + margin, 1, 0)
     state[tachometer < middle - margin] = -1
-    told = np.flatnonzero(state)  # samples that are clearly above or below
-    rising = np.flatnonzero((state[told[:-1]] < 0) & (state[told[1:]] > 0))
+    known = np.flatnonzero(state)  # samples that are clearly above or below
+    rising = np.flatnonzero((state[known[:-1]] < 0) & (state[known[1:]] > 0))
     below = tachometer <= middle
-    before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[told[rising + 1]]
+    before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[known[rising + 1]]
     a, b = tachometer[before], tachometer[before + 1]
     return (before + (middle - a) / (b - a)) / sample_rate, f"between {low:g} and {high:g}"
 

@@ -216,12 +216,12 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
     if passage is None:
         return None
     found = _fitted(passage)
-    left, weights = passage.solved(found.x)
-    misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / passage.height)
+    residual, weights = passage.solved(found.x)
+    misfit = float(np.sqrt(np.mean(np.abs(residual) ** 2)) / passage.height)
     if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE_SHARE:
         return None
     natural, ratio = (float(value) for value in np.exp(found.x))
-    half = _half_width(found, left.size)
+    half = _half_width(found, residual.size)
     if half > UNSURE:
         return None
     near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))
@@ -273,8 +273,8 @@ class _Passage:
 
     def residual(self, point: FloatArray) -> FloatArray:
         """Return fit less gain, (2 n,): real, then imaginary parts."""
-        left = self.solved(point)[0]
-        return np.concatenate([left.real, left.imag])
+        residuals = self.solved(point)[0]
+        return np.concatenate([residuals.real, residuals.imag])
 
     def background(self, frequency: FloatArray) -> FloatArray:
         """Return level and slope of the modes far away, (n, 2) array [-]."""

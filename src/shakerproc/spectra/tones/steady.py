@@ -177,9 +177,9 @@ def stepped_response(
     for first, last in _dwells(ridge.frequency):
         start, stop = int(ridge.position[first]), int(ridge.position[last]) + 1
         frequency = float(np.median(ridge.frequency[first : last + 1]))
-        settled = start + round(FIRST_PART * (stop - start))
+        steady = start + round(FIRST_PART * (stop - start))
         if (stop - start) * frequency >= FEWEST * sample_rate:
-            part = samples[:, settled:stop]
+            part = samples[:, steady:stop]
             tones.append(
                 tone_response(
                     part,
@@ -187,7 +187,7 @@ def stepped_response(
                     controls,
                     frequency=frequency,
                     n_harmonics=n_harmonics,
-                    start=settled,
+                    start=steady,
                 )
             )
     if not tones:

@@ -217,11 +217,11 @@ def _pulled_in(read: SampleReader, track: ToneTrack) -> ToneTrack:
     centres = track.phase[0] + np.pi * PULL_IN
     centres += np.arange(count) * (turns - PULL_IN) / (count - 1) * 2.0 * np.pi
     amplitude, _ = demodulated(read, track, centres, np.full(count, PULL_IN), 1)
-    left = np.unwrap(np.angle(amplitude[0, 0]))
+    phase_error = np.unwrap(np.angle(amplitude[0, 0]))
     position = track.position_of(centres)
-    slope = np.gradient(left, position)
+    slope = np.gradient(phase_error, position)
     inside = np.clip(track.position, position[0], position[-1])
-    phase = track.phase + ToneTrack(position, left, slope).phase_at(inside)
+    phase = track.phase + ToneTrack(position, phase_error, slope).phase_at(inside)
     omega = track.omega + np.interp(track.position, position, slope, left=0.0, right=0.0)
     return ToneTrack(track.position, phase, omega)
 

@@ -392,13 +392,13 @@ class SpectrogramKind(AbstractKind):
 
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
-        told = {"growth": float("nan"), "chaotic": 0.0}
+        quantities = {"growth": float("nan"), "chaotic": 0.0}
         if study.option("of excitation", 0.0):
             samples = excitation_of(run)
         else:
             motion = simulated(model, run)
             samples = motion.of(study.measure.of)
-            told = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
+            quantities = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
         found = spectrogram(
             samples[None], run.sample_rate, segment=int(study.option("segment", 256))
         )
@@ -412,7 +412,7 @@ class SpectrogramKind(AbstractKind):
         tallest = found.frequency[shown][np.argmax(density, axis=0)]
         ridge = _ridge(found.time, tallest, samples.size / run.sample_rate)
         finest = dict.fromkeys(ridge, float(found.frequency[1] - found.frequency[0]))
-        return JobFinding(columns, {**ridge, **told}, finest)
+        return JobFinding(columns, {**ridge, **quantities}, finest)
 
     def drawing(
         self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
