@@ -69,7 +69,7 @@ def test_tones_and_floor_are_those_that_were_simulated(stated):
     assert_allclose(
         columns["amplitude_ch3_g"], 3.0 * np.array(columns["amplitude_table_g"]), rtol=1e-6
     )
-    assert result.measured_level.shown[0] == pytest.approx(FLOOR, rel=0.03)
+    assert result.averages.measured_level.shown[0] == pytest.approx(FLOOR, rel=0.03)
     assert summary_of(result, "1", {}, "", "").control.kept
     assert not {flag.kind for flag in result.flags} & {"level", "control density", "tones"}
 

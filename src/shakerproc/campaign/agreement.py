@@ -286,7 +286,7 @@ def agreement(
     deviations, seen = [], set[str]()
     for column, tolerance in wanted.items():
         names = _shared_names(table, reference, column)
-        found = _values(table, column, names)
+        table_values = _values(table, column, names)
         unit = _unit_of(column)
         expected = _values(reference, column, names)
         compared[column] = sum(value is not None for value in expected.values())
@@ -295,7 +295,7 @@ def agreement(
         for key, value in expected.items():
             if value is None:
                 continue
-            here, allowed = found.get(key), tolerance.around(value, unit)
+            here, allowed = table_values.get(key), tolerance.around(value, unit)
             if here is None or not abs(here - value) <= allowed * (1.0 + 1e-12):
                 place, shown = _named(names, key), "" if unit == "1" else unit
                 deviations.append(Deviation(*place, column, shown, here, value, allowed))

@@ -37,8 +37,12 @@ def main_peak(run: RunSummary, channel: str) -> PeakSummary | None:
         return None
     if any(flag.channel == channel for flag in run.unusable):
         return None
-    found = next((c for c in run.channels if c.name == channel), None)
-    return found.psd_peaks[0] if found is not None and found.psd_peaks else None
+    channel_summary = next((c for c in run.channels if c.name == channel), None)
+    return (
+        channel_summary.psd_peaks[0]
+        if channel_summary is not None and channel_summary.psd_peaks
+        else None
+    )
 
 
 def trend_channel(runs: Sequence[RunSummary]) -> str:
@@ -348,12 +352,12 @@ def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
     for column, excitation, equal in _ASKED:
         request = TrendRequest("", "", "", column, equal, (("excitation", excitation),))
         same_excitation = [one for one in tests if one.facts.get("excitation") == excitation]
-        found = trend_over(same_excitation, request, "", "")
-        if found is None or not found.numeric:
+        shift_trend = trend_over(same_excitation, request, "", "")
+        if shift_trend is None or not shift_trend.numeric:
             continue
         spans = [
             (abs(points[-1].frequency_hz - points[0].frequency_hz), label, points)
-            for label, points in found.series.items()
+            for label, points in shift_trend.series.items()
             if len({p.x for p in points}) >= 2
         ]
         if spans:
@@ -499,7 +503,7 @@ def _trend(
         ),
     )
     ending = "Natural frequency with its 95 % interval."
-    found = trend_over(seen, asked, f"mode {number}", ending)
-    if found is None:
+    mode_trend = trend_over(seen, asked, f"mode {number}", ending)
+    if mode_trend is None:
         return None
-    return replace(found, quantity="natural frequency [Hz]", bars="95 % interval")
+    return replace(mode_trend, quantity="natural frequency [Hz]", bars="95 % interval")

@@ -131,8 +131,8 @@ def _column(
     title = titles[column]
     written = units[column] if column < len(units) and units[column] else ""
     if not written:
-        found = re.search(r"[\[(_ ,]\s*([A-Za-zµ]+)\s*[\])]?\s*$", title)
-        written = found.group(1) if found else ""
+        match = re.search(r"[\[(_ ,]\s*([A-Za-zµ]+)\s*[\])]?\s*$", title)
+        written = match.group(1) if match else ""
     if written.lower() not in factors:
         raise ExchangeError(
             f"{where}: column {title!r} has no unit that is known here"

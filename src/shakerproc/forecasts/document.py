@@ -257,18 +257,21 @@ def _test(one: TestForecast) -> dict[str, Any]:
 
 def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
     """Return a notch plan as JSON: breakpoints in the unit that their key names."""
-    found = plan.notched
+    notched = plan.notched
     plan_entries: dict[str, Any] = {
         "probability": plan.wish.probability,
         "edges_db_per_octave": plan.wish.slope,
         "why_none": plan.why_none or None,
     }
-    if found is not None:
-        plan_entries |= _notched(one, found)
+    if notched is not None:
+        plan_entries |= _notched(one, notched)
     if plan.by_force is not None:
         force_limiting = {"c_squared": C_SQUARED, "notch": _breakpoints(plan.by_force)}
         plan_entries["force_limited"] = force_limiting | _notched(one, plan.by_force)
-    return {"notch": [] if found is None else _breakpoints(found), "notch_plan": plan_entries}
+    return {
+        "notch": [] if notched is None else _breakpoints(notched),
+        "notch_plan": plan_entries,
+    }
 
 
 def _breakpoints(notched: NotchedTest) -> list[dict[str, float]]:

@@ -135,21 +135,23 @@ class Ensemble:
             Of the other test; draws that are here and there count.
         """
         _, mine, other = np.intersect1d(self.draws, there.draws, return_indices=True)
-        found = {}
+        changed = {}
         for quantity, values in self.values.items():
             before, after = values[mine], there.values[quantity][other]
-            found[quantity] = values * np.exp(np.mean(np.log(after / before)))
-        return replace(self, values=found)
+            changed[quantity] = values * np.exp(np.mean(np.log(after / before)))
+        return replace(self, values=changed)
 
 
 def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
     """Return the standard uncertainty of the gain of the input and of each response [-]."""
-    found = []
+    sensor_spreads = []
     for test in tests:
         n = len(test.controls)
         each = np.array(test.gain_spread)
-        found.append((float(np.sqrt(np.sum(each[:n] ** 2))) / n, each[n:]))
-    return max(one for one, _ in found), np.max([each for _, each in found], axis=0)
+        sensor_spreads.append((float(np.sqrt(np.sum(each[:n] ** 2))) / n, each[n:]))
+    return max(one for one, _ in sensor_spreads), np.max(
+        [each for _, each in sensor_spreads], axis=0
+    )
 
 
 def n_draws(planned: Planned) -> int:

@@ -305,20 +305,20 @@ def forecast_tests(
     if wish is not None:
         check_notches(log, planned)
     levels = _levels(log, tests)
-    found = evidence_of(model, levels, say)
+    evidence = evidence_of(model, levels, say)
     made = []
     for one in ready:
         say(f"test {one.test.id}")
-        test_forecast = _forecast(found, one, quantities, seed, say)
+        test_forecast = _forecast(evidence, one, quantities, seed, say)
         if wish is not None:
             task = NotchTask(
-                found.numbers, one, test_forecast.made, quantities,
-                partial(_spread, found, test_forecast.near), wish, seed,
+                evidence.numbers, one, test_forecast.made, quantities,
+                partial(_spread, evidence, test_forecast.near), wish, seed,
             )  # fmt: skip
             test_forecast = replace(test_forecast, notch=notch_plan(task, say))
         made.append(test_forecast)
-    step = last_step(found.errors, earlier)
-    return CampaignForecast(log.title, found, tuple(made), _notes(found, made), step)
+    step = last_step(evidence.errors, earlier)
+    return CampaignForecast(log.title, evidence, tuple(made), _notes(evidence, made), step)
 
 
 def evidence_of(
@@ -500,7 +500,7 @@ def swept_back(
     motion = fitted_motion(numbers, Drives(replace(planned, test=other), seed))
     rows = np.array(list(motion.responses.values()))
     spectra = densities(rows, motion.sample_rate, planned.excited)
-    found = {
+    beyond_bands = {
         quantity: value * 10.0 ** (-nearest_errors.get(quantity, 0.0) / 20.0)
         for quantity, value in values_of_motion(
             numbers.model, motion, spectra, largest_in
@@ -508,7 +508,7 @@ def swept_back(
     }
     return {
         quantity: value
-        for quantity, value in found.items()
+        for quantity, value in beyond_bands.items()
         if quantity.what == "peak" and not spreads[quantity].holds(value)
     }
 

@@ -442,20 +442,20 @@ def _earlier_prediction(earlier: Mapping[str, Any], test: str) -> Told:
 
     A document that somebody changed by hand told nothing.
     """
-    found: Told = {}
+    predictions: Told = {}
     try:
         for one in earlier.get("tests", ()):
             if str(one["id"]) == test:
                 for name, rows in one["responses"].items():
                     for what, row in rows.items():
                         band = (float(row["low"]), float(row["high"]))
-                        found[name, what] = (float(row["value"]), *band)
-                return found
+                        predictions[name, what] = (float(row["value"]), *band)
+                return predictions
         step = earlier.get("last_step")
         if step and step["test"] == test and step["told_before"]:
             for row in step["values"]:
                 prediction = (float(row["predicted"]), float(row["low"]), float(row["high"]))
-                found[row["response"], row["what"]] = prediction
+                predictions[row["response"], row["what"]] = prediction
     except (KeyError, TypeError, ValueError, AttributeError):
         return {}
-    return found
+    return predictions

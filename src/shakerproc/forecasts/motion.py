@@ -92,10 +92,10 @@ def motion_of(
     pairs, model = pairs_of(model), model.under(conditions)
     watched = probed(model, pairs)
     whole = np.array([(0, 0, given.n_samples)])
-    found = free_runs(watched, Runs((given,), whole))
-    if found.failed[0]:
+    response = free_runs(watched, Runs((given,), whole))
+    if response.failed[0]:
         return None
-    rows = dict(zip(watched.sensors, at_samples(watched, found.outputs[0]), strict=True))
+    rows = dict(zip(watched.sensors, at_samples(watched, response.outputs[0]), strict=True))
     rate = given.sample_rate
     responses = in_band(np.array([rows[name] for name in model.sensors]), rate, band)
     return TestMotion(
@@ -146,8 +146,8 @@ def law_of(joint: JointHistory) -> JointLaw:
     columns = np.stack([joint.displacement, joint.velocity])
     gram = columns @ columns.T
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    found = np.linalg.lstsq(gram / np.outer(scale, scale), columns @ joint.force / scale)[0]
-    stiffness, damping = found / scale
+    weights = np.linalg.lstsq(gram / np.outer(scale, scale), columns @ joint.force / scale)[0]
+    stiffness, damping = weights / scale
     return JointLaw(float(stiffness), float(damping))
 
 

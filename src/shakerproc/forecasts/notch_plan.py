@@ -178,11 +178,11 @@ class NotchTask:
     def beyond(self, test: Test, made: Ensemble) -> FloatArray:
         """Return the quantile of each limited quantity over its limit, (n_limits,) [dB]."""
         share = self.wish.probability
-        found = [
+        ratios = [
             self.spread(test, quantity, made).quantile(share) / limit.value
             for limit, quantity in self.limits
         ]
-        return np.asarray(20.0 * np.log10(np.array(found)))
+        return np.asarray(20.0 * np.log10(np.array(ratios)))
 
 
 def check_notches(log: TestLog, planned: Sequence[Test]) -> None:
@@ -233,8 +233,8 @@ def notch_plan(task: NotchTask, say: Callable[[str], None]) -> NotchPlan:
         made = ensemble(task.numbers, drives, n_draws(planned))
         beyond = task.beyond(planned.test, made)
         if np.all(beyond <= 0.0):
-            found = _notched(task, planned.test, reduction, made)
-            return NotchPlan(task.wish, found, "", by_force)
+            notched = _notched(task, planned.test, reduction, made)
+            return NotchPlan(task.wish, notched, "", by_force)
         margin = margin + np.maximum(beyond, 0.0)
         why = f"with other phases a limit is missed by {float(np.max(beyond)):.2g} dB"
     return NotchPlan(task.wish, None, why, by_force)

@@ -147,10 +147,10 @@ def densities(
         What is excited [Hz].
     """
     segment = segment_of(rows.shape[1])
-    found = cross_spectra(
+    cross = cross_spectra(
         rows, sample_rate, segment=segment, overlap=3 * segment // 4, window="hann", inputs=[0]
     )  # fmt: skip
-    return tuple(Density(found.frequency, one, band) for one in psd(found))
+    return tuple(Density(cross.frequency, one, band) for one in psd(cross))
 
 
 def segment_of(n_samples: int) -> int:

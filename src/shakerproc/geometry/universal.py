@@ -92,8 +92,8 @@ def read_wireframe(content: bytes) -> Wireframe:
         If it holds no nodes, a data set is not what it says, or a line or an element has a node
         without coordinates.
     """
-    found = list(data_sets(content))
-    wireframe, left_out = wireframe_of(content, found, units_of(content, found))
+    uff_sets = list(data_sets(content))
+    wireframe, left_out = wireframe_of(content, uff_sets, units_of(content, uff_sets))
     if left_out:
         raise UffError(0, left_out[0])
     if not wireframe.nodes:

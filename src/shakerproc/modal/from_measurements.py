@@ -60,7 +60,7 @@ def cross_of(records: Records, sample_rate: float) -> spectra.CrossSpectra:
 
 def _pooled(records: Records, sample_rate: float, segment: int) -> spectra.CrossSpectra:
     """Return spectra over the segments of all records."""
-    found = [
+    averaged = [
         spectra.cross_spectra(
             np.concatenate(record),
             sample_rate,
@@ -71,11 +71,11 @@ def _pooled(records: Records, sample_rate: float, segment: int) -> spectra.Cross
         )
         for record in records
     ]
-    counts = [one.n_segments for one in found]
-    matrix = np.average([one.matrix for one in found], axis=0, weights=counts)
-    density = np.average([one.density for one in found], axis=0, weights=counts)
+    counts = [one.n_segments for one in averaged]
+    matrix = np.average([one.matrix for one in averaged], axis=0, weights=counts)
+    density = np.average([one.density for one in averaged], axis=0, weights=counts)
     return replace(
-        found[0],
+        averaged[0],
         matrix=np.asarray(matrix, dtype=np.complex128),
         density=np.asarray(density, dtype=np.float64),
         n_segments=sum(counts),

@@ -329,8 +329,8 @@ def _checked(
         If an input did not measure: no response function has a meaning.
     """
     start, stop = (at / recording.sample_rate for at in (crop.start, crop.stop))
-    found = within(health(recording), start, stop)
-    lost = unusable(found, start, stop)
+    flags = within(health(recording), start, stop)
+    lost = unusable(flags, start, stop)
     for flag in lost:
         if flag.channel in inputs:
             raise SpectrumError(
@@ -344,7 +344,7 @@ def _checked(
         if flag.channel in sensors
     )
     used = {"", *inputs, *sensors}
-    others = [flag for flag in found if flag not in lost and flag.channel in used]
+    others = [flag for flag in flags if flag not in lost and flag.channel in used]
     return (*dead, *(flag.line for flag in others))
 
 
@@ -421,7 +421,7 @@ def shared_inputs(
     samples : tuple of (n_inputs, n_samples) arrays
         Of each test, 0 where an input does not act [unit of the channel].
     """
-    found: list[tuple[object, ...]] = []
+    shared: list[tuple[object, ...]] = []
     names: list[str] = []
     units: list[str] = []
     places: list[tuple[Place | None, Place | None]] = []
@@ -431,17 +431,17 @@ def shared_inputs(
         each = zip(one.input_names, one.input_units, one.input_places, strict=True)
         for name, unit, place in each:
             key = (name, place, one.test.id if one.struck is not None else None)
-            if key not in found:
-                found.append(key)
-                elsewhere = any(name == other[0] for other in found[:-1])
+            if key not in shared:
+                shared.append(key)
+                elsewhere = any(name == other[0] for other in shared[:-1])
                 names.append(f"{name} of test {one.test.id}" if elsewhere else name)
                 units.append(unit)
                 places.append(place)
-            own.append(found.index(key))
+            own.append(shared.index(key))
         rows.append(own)
     samples = []
     for one, own in zip(tests, rows, strict=True):
-        full = np.zeros((len(found), one.inputs.shape[1]))
+        full = np.zeros((len(shared), one.inputs.shape[1]))
         full[own] = one.inputs
         samples.append(full)
     return tuple(names), tuple(units), tuple(places), tuple(samples)

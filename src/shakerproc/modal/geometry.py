@@ -183,8 +183,8 @@ def _on_wireframe(
     """Return places and then further nodes [m], and lines and surfaces over both."""
     used = wireframe.used
     where = np.array([wireframe.nodes[node] for node in used])
-    found = scipy.spatial.cKDTree(places).query(where)
-    distances, nearest = np.atleast_1d(found[0]), np.atleast_1d(found[1])
+    nearest_nodes = scipy.spatial.cKDTree(places).query(where)
+    distances, nearest = np.atleast_1d(nearest_nodes[0]), np.atleast_1d(nearest_nodes[1])
     index: dict[int, int] = {}
     more: list[FloatArray] = []
     for node, distance, place, position in zip(used, distances, nearest, where, strict=True):

@@ -157,11 +157,11 @@ def identify_functions(
     ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
     diagram = _diagram(lines, ones, functions[..., kept], settings)
     parts = _of_parts(lines, ones, functions[..., kept])
-    found = _modes(lines, diagram, parts, settings, "response functions")
+    modes = _modes(lines, diagram, parts, settings, "response functions")
     shapes, participation = split_residues(
-        found.model.residues.reshape(-1, *functions.shape[:2])  # type: ignore[union-attr]
+        modes.model.residues.reshape(-1, *functions.shape[:2])  # type: ignore[union-attr]
     )
-    return replace(found, shapes=shapes, participation=participation)
+    return replace(modes, shapes=shapes, participation=participation)
 
 
 def _diagram(
@@ -197,7 +197,7 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
     if n_parts < 2:
         return np.zeros(0, dtype=np.complex128)
     ratio = (high / low) ** (1.0 / n_parts)
-    found = []
+    part_poles = []
     for part in range(n_parts):
         begin, end = low * ratio**part, low * ratio ** (part + 1)
         kept = (lines.frequency >= 0.9 * begin) & (lines.frequency <= 1.1 * end)
@@ -207,8 +207,8 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
         frequency = lines.frequency[kept]
         sums = lagged_sums(frequency, driven[:, kept], outputs[..., kept], order)
         diagram = stabilisation(sums, range(2, order + 1, 2), (begin, end))
-        found.append(candidates(diagram)[0])
-    return np.concatenate([np.zeros(0, dtype=np.complex128), *found])
+        part_poles.append(candidates(diagram)[0])
+    return np.concatenate([np.zeros(0, dtype=np.complex128), *part_poles])
 
 
 def _modes(
@@ -418,8 +418,8 @@ def _alone(modes: ModeSet, records: Sequence[Lines]) -> tuple[FloatArray, FloatA
             continue
         spread = np.sqrt(np.diag(alone.covariance)).reshape(-1, 2)
         near = np.argmin(np.abs(np.subtract.outer(modes.poles[seen], alone.poles)), axis=1)
-        found = frequency_of(alone.poles[near]), damping_of(alone.poles[near])
-        values[number][:, seen] = np.log(np.stack(found))
+        alone_values = frequency_of(alone.poles[near]), damping_of(alone.poles[near])
+        values[number][:, seen] = np.log(np.stack(alone_values))
         errors[number][:, seen] = np.maximum(spread[near][:, ::-1].T, 1e-12)
     return values, errors
 

@@ -54,9 +54,9 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     .. [1] Y. Yamamoto, Y. Nakatsukasa, Y. Yanagisawa and T. Fukaya, "Roundoff error analysis
        of the CholeskyQR2 algorithm", Electronic Trans. Numerical Analysis 44, 306-326, 2015.
     """
-    found = _by_cholesky(columns)
-    if found is not None:
-        return found
+    factors = _by_cholesky(columns)
+    if factors is not None:
+        return factors
     q, r = scipy.linalg.qr(columns, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(r))
     filled = r + np.diag(np.where(diagonal < 1e-13, 1e-13, 0.0))
@@ -136,20 +136,20 @@ def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> ModalFit:
     damping, converged = 1e-3, steps == 0
     for _ in range(steps if place.size else 0):
         _, gram, gradient = _normal_equations(lines, _poles(place), linear)
-        found = None
-        while found is None and damping < 1e6:
+        lower = None
+        while lower is None and damping < 1e6:
             # Marquardt's scaling: damping ratios are known far worse than frequencies
             step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), -gradient)
             new = np.asarray(place + _limited(np.reshape(step, (2, -1))), dtype=np.float64)
             new[0] = np.clip(new[0], *np.log(DAMPING_LIMITS))
             trial = _linear(lines, _poles(new), rest, target)
             if trial.deviance < linear.deviance:
-                found = new, trial
+                lower = new, trial
             else:
                 damping *= 8.0
-        gain = 0.0 if found is None else linear.deviance - found[1].deviance
-        if found is not None:
-            (place, linear), damping = found, max(damping / 8.0, 1e-9)
+        gain = 0.0 if lower is None else linear.deviance - lower[1].deviance
+        if lower is not None:
+            (place, linear), damping = lower, max(damping / 8.0, 1e-9)
         if gain < SETTLED:
             converged = True
             break

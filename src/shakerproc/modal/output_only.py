@@ -121,7 +121,7 @@ def _again(
     Not a number, and no shape, where no such order has a pole.
     """
     stable = np.flatnonzero(diagram.stable)
-    found: list[complex] = []
+    poles_again: list[complex] = []
     shapes: list[ComplexArray] = []
     for pole in poles:
         nearest = stable[np.argmin(np.abs(diagram.poles[stable] - pole))]
@@ -130,16 +130,16 @@ def _again(
         orders = {*there, diagram.order[nearest]}
         usable = [fit for fit in fits if fit.order in orders and fit.poles.size]
         if not usable:
-            found.append(complex(np.nan, np.nan))
+            poles_again.append(complex(np.nan, np.nan))
             shapes.append(np.zeros(diagram.shapes.shape[1], dtype=np.complex128))
             continue
         near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in usable]
         every = np.array([fit.poles[row] for fit, row in zip(usable, near, strict=True)])
         middle = complex(np.median(every.real), np.median(every.imag))
         first = int(np.argmin(np.abs(every - middle)))
-        found.append(middle)
+        poles_again.append(middle)
         shapes.append(usable[first].shapes[near[first]])
-    return np.array(found, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
+    return np.array(poles_again, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
 
 
 @final
@@ -205,8 +205,8 @@ def identify_output_only(
             f"{numeral(4 * BLOCKS * n_rows * interval)} s are needed"
         )
     parts = _correlations(samples, 2 * n_rows)
-    diagram, found, notes = _modes(parts, n_rows, interval, scale, settings)
-    poles = found.poles
+    diagram, modes, notes = _modes(parts, n_rows, interval, scale, settings)
+    poles = modes.poles
     tones = [
         f"{numeral(value, 4)} Hz has hardly any damping: a tone of the excitation looks like "
         "that"
@@ -216,9 +216,9 @@ def identify_output_only(
     return ModeSet(
         method="output only",
         poles=poles,
-        damping_error=student * found.errors[0],
-        frequency_error=student * found.errors[1],
-        shapes=normalised(without_chance(found.shapes, found.chance)),
+        damping_error=student * modes.errors[0],
+        frequency_error=student * modes.errors[1],
+        shapes=normalised(without_chance(modes.shapes, modes.chance)),
         participation=np.ones((poles.size, 0), dtype=np.complex128),
         diagram=diagram,
         model=None,
@@ -251,12 +251,12 @@ def _modes(
     others = [[_poles(space, order) for order in orders] for space in spaces]
     errors, chance = jackknife(others, diagram, poles, shapes, scale)
     known = wanted | (errors[0] < UNKNOWN_DAMPING)
-    found = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
-    if settings.modes is not None and found.poles.size < settings.modes:
+    modes = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
+    if settings.modes is not None and modes.poles.size < settings.modes:
         notes.append(
-            f"{settings.modes} modes were asked for, the measurement shows {found.poles.size}"
+            f"{settings.modes} modes were asked for, the measurement shows {modes.poles.size}"
         )
-    return diagram, found, notes
+    return diagram, modes, notes
 
 
 def _chosen(

@@ -184,15 +184,15 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
         Poles to begin from, 1 and 3 % to either side [rad/s].
     """
     residual = _residual_share(lines, model)
-    excess, found = residual.mean(axis=0) - np.median(residual.mean(axis=0)), []
+    excess, starts = residual.mean(axis=0) - np.median(residual.mean(axis=0)), []
     for pole in model.poles:
         frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi
         near = np.abs(lines.frequency - frequency) < max(reach, 0.01 * frequency)
         count = int(near.sum()) * residual.shape[0]
         # squares of complex noise scatter as much as their mean, which is 1: three deviations
         if count and excess[near].mean() > 3.0 / np.sqrt(count):
-            found += [pole * (1.0 + shift) for shift in (-0.015, 0.015, -0.03, 0.03)]
-    return np.array(found, dtype=np.complex128)
+            starts += [pole * (1.0 + shift) for shift in (-0.015, 0.015, -0.03, 0.03)]
+    return np.array(starts, dtype=np.complex128)
 
 
 def distinct_poles(poles: ComplexArray) -> ComplexArray:
@@ -395,12 +395,12 @@ def predicted_deviance(
     # sums of all parts less those of one are the normal equations without that part
     gram = np.array([rows @ rows.T for rows in reduced])
     n = len(columns)
-    found = []
+    deviances = []
     for rows, products in zip(reduced, gram.sum(axis=0) - gram, strict=True):
         residues = np.linalg.lstsq(products[:n, :n], products[:n, n:], rcond=1e-14)[0]
         residual = np.mean((rows[n:] - residues.T @ rows[:n]) ** 2, axis=1)
-        found.append(rows.shape[1] * np.sum(np.log(np.maximum(residual, 1e-300))))
-    return np.array(found)
+        deviances.append(rows.shape[1] * np.sum(np.log(np.maximum(residual, 1e-300))))
+    return np.array(deviances)
 
 
 def _columns(lines: Lines, poles: ComplexArray) -> FloatArray:

@@ -185,8 +185,8 @@ def _check_written(before: ModelFile, path: Path, wanted: _NewContent) -> None:
     except DocumentError as error:
         broken: DocumentError = _refused(before, error.says, "elements")
         raise broken from error
-    found = (model.elements, dict(model.masses), model.modes, dict(model.structures))
-    if found != expected:
+    written = (model.elements, dict(model.masses), model.modes, dict(model.structures))
+    if written != expected:
         wrong: DocumentError = _refused(before, "it would not read back the same", "elements")
         raise wrong
 

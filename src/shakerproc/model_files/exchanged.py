@@ -98,7 +98,7 @@ def modes_of(
     shapes = (table.shapes @ turn).T
     shares = participations_of(table, axis)
     turned = None if shares is None else shares @ turn
-    found = tuple(
+    modes = tuple(
         StructureMode(
             float(table.frequencies[i]),
             float(damping[i]) if table.frequencies[i] else 0.0,
@@ -108,7 +108,7 @@ def modes_of(
         for i, shape in enumerate(shapes)
         if np.any(shape)
     )
-    return found, shares
+    return modes, shares
 
 
 def structure_of(

@@ -38,8 +38,8 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
         self._looking = RLock()
 
     def __getitem__(self, kind: str) -> "type[AbstractEffect]":
-        found = self._known.get(kind) or self._from_user.get(kind)
-        return found or self._all()[kind]
+        effect = self._known.get(kind) or self._from_user.get(kind)
+        return effect or self._all()[kind]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all())
@@ -81,10 +81,10 @@ def _installed(known: Kinds) -> dict[str, type[AbstractEffect]]:
     ModelError
         If one cannot be used.
     """
-    found: dict[str, type[AbstractEffect]] = {}
+    effects: dict[str, type[AbstractEffect]] = {}
     for entry in entry_points(group=GROUP):
-        found |= loaded(entry, {**known, **found})
-    return found
+        effects |= loaded(entry, {**known, **effects})
+    return effects
 
 
 def loaded(entry: EntryPoint, known: Kinds) -> dict[str, type[AbstractEffect]]:
@@ -97,8 +97,8 @@ def loaded(entry: EntryPoint, known: Kinds) -> dict[str, type[AbstractEffect]]:
     """
     where = f"entry point {entry.name} ({entry.value})"
     with failing(where):
-        found = entry.load()
-    return checked(effects_in(found), where, known)
+        module = entry.load()
+    return checked(effects_in(module), where, known)
 
 
 TYPICAL: Final = JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0, 5000.0)

@@ -213,10 +213,10 @@ class ModelJoint(AbstractJoint):
         state[n:, n:] = -np.linalg.solve(self.mass, self.damping)
         roots = np.linalg.eigvals(state)
         roots = roots[roots.imag > 1e-9 * np.max(np.abs(roots))]
-        found = [
+        joint_modes = [
             JointMode(float(abs(r)) / (2.0 * np.pi), float(-r.real / abs(r))) for r in roots
         ]
-        return tuple(sorted(found, key=lambda mode: mode.frequency))
+        return tuple(sorted(joint_modes, key=lambda mode: mode.frequency))
 
     def walls(self) -> Walls | None:
         return self.own_walls

@@ -303,7 +303,7 @@ def plan_test(test: Test, wish: PlanWish) -> PlannedTest:
     possible = walls is not None and (
         shaken.quantity == "base acceleration" or not isinstance(wish.joint, FreeJoint)
     )
-    found = reach(wish.joint, shaken, walls) if possible and walls is not None else None
+    extent = reach(wish.joint, shaken, walls) if possible and walls is not None else None
     rate = sample_rate_of_test(test, wish.sample_rate)
     averages = None
     if isinstance(shaken, RandomInput) and duration is not None and rate is not None:
@@ -319,8 +319,8 @@ def plan_test(test: Test, wish: PlanWish) -> PlannedTest:
         shaken,
         displacement_of_test(test, wish.which, wish.warming),
         walls,
-        found,
-        _needed(test, shaken, found, walls, wish) if found and walls else None,
+        extent,
+        _needed(test, shaken, extent, walls, wish) if extent and walls else None,
         duration,
         min(peaks, default=None),
         averages,

@@ -161,8 +161,8 @@ class _File:
         model = _model(root)
         for item in root.iterfind("instance_data/*"):
             base, names = model.get(item.tag, ("", {}))
-            found = {names.get(one.tag, ""): one for one in item}
-            self.instances.setdefault(base, {})[_text(found, "id")] = found
+            items = {names.get(one.tag, ""): one for one in item}
+            self.instances.setdefault(base, {})[_text(items, "id")] = items
 
     def described(self) -> RawFile:
         """Return the channels and times of the file.
@@ -321,11 +321,11 @@ class _File:
         names = _text(column, "external_component").split()
         if len(names) != 1:
             raise ValueError(f"its values stand in {len(names)} places, not in one")
-        found = self.instances.get("aoexternalcomponent", {}).get(names[0], {})
-        if _text(found, "flags_filename_url"):
+        component = self.instances.get("aoexternalcomponent", {}).get(names[0], {})
+        if _text(component, "flags_filename_url"):
             raise ValueError("its flags stand in a file of their own, which is not read")
-        about = {_ALIKE.get(base, base): _text(found, base) for base in found}
-        return self._stored(_text(found, "filename_url"), about, decoded)
+        about = {_ALIKE.get(base, base): _text(component, base) for base in component}
+        return self._stored(_text(component, "filename_url"), about, decoded)
 
     def _stored(self, name: str, about: Mapping[str, str], decoded: Any) -> Frames:
         """Return numbers of a binary file beside the XML.

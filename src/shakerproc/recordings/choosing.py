@@ -294,16 +294,16 @@ def unused_channels(
     """
     used = {id(channel) for channel, _ in chosen}
     keys = {use.key for use in uses or () if use.role == "ignore"}
-    found = []
+    unused = []
     for number, channel in enumerate(group.channels, 1):
         if id(channel) in used:
             continue
         why = channel.problem or ("" if channel.promised else "it holds no samples")
         if {channel.name, channel.alias, number} & keys:
             why = why or ignored
-        found.append(UnusedChannel(channel.name, why or "not named in the log"))
+        unused.append(UnusedChannel(channel.name, why or "not named in the log"))
     others = [g for g in file.groups if g.name != group.name and not g.reduced]
-    return tuple(found) + tuple(
+    return tuple(unused) + tuple(
         UnusedChannel(f"{other.name}/{channel.name}", ANOTHER_GROUP)
         for other in others
         for channel in other.channels

@@ -415,14 +415,14 @@ def is_frequency(header: str, unit: str, values: FloatArray) -> bool:
 
 def _stated_rates(table: Columns, lengths: Sequence[int]) -> dict[int, float]:
     """Return the columns that hold nothing but the sample rate, each with it [Hz]."""
-    found = {}
+    rates = {}
     for row, header in enumerate(table.headers):
         if RATE_NAME.fullmatch(split_header(header)[0].strip()):
             values = table.values[row, : lengths[row]]
             there = values[~np.isnan(values)]
             if there.size and there[0] > 0.0 and np.all(there == there[0]):
-                found[row] = float(there[0])
-    return found
+                rates[row] = float(there[0])
+    return rates
 
 
 def length_of(values: FloatArray) -> int:

@@ -137,19 +137,19 @@ def stamps_of(lines: Sequence[str]) -> Stamps | None:
     Most lines have to.
     """
     raw = [line.encode("utf-8", errors="replace") for line in lines if line.strip()]
-    found = [m for line in raw if (m := _first(line)) is not None]
-    if not found or 2 * len(found) < len(raw):
+    matches = [m for line in raw if (m := _first(line)) is not None]
+    if not matches or 2 * len(matches) < len(raw):
         return None
-    days = [match for match in found if _day(match) is not None]
-    dated = 2 * len(days) > len(found)
-    first = (days if dated else found)[0]
+    days = [match for match in matches if _day(match) is not None]
+    dated = 2 * len(days) > len(matches)
+    first = (days if dated else matches)[0]
     before = first.string[: first.start()]
-    commas = sum(_DECIMAL_COMMA.search(match.string) is not None for match in found)
+    commas = sum(_DECIMAL_COMMA.search(match.string) is not None for match in matches)
     separator = (first["between"] or b"").strip(b"\"' T")
     signs = separator or next((s for s in (b"\t", b";", b",") if s in first.string), b" ")
     return Stamps(
-        decimal=b"," if 2 * commas > len(found) and signs != b"," else b".",
-        start=_midnight(days if dated else found),
+        decimal=b"," if 2 * commas > len(matches) and signs != b"," else b".",
+        start=_midnight(days if dated else matches),
         cells=2 if separator else 1,
         column=(before.count(signs) if signs != b" " else len(before.split()))
         + bool(separator),
@@ -282,24 +282,28 @@ def table_of(file: BinaryIO, encoding: str, lines: list[str], run: str) -> RawFi
     stamps = stamps_of(lines)
     with file:
         if stamps is None:
-            found = find_format(lines, encoding, run)
-            table = read_table(file, found, run)
+            text_format = find_format(lines, encoding, run)
+            table = read_table(file, text_format, run)
         else:
             plain = [stamps.replaced(line.encode()).decode() for line in lines]
-            found = find_format(plain, encoding, run)
-            units = tuple("" if at == stamps.column else u for at, u in enumerate(found.units))
-            found = replace(found, headers=stamps.named(found.headers), units=units)
-            table = read_table(StampedFile(file, stamps), found, run)
-    axes = time_columns(found.headers, found.units)
+            text_format = find_format(plain, encoding, run)
+            units = tuple(
+                "" if at == stamps.column else u for at, u in enumerate(text_format.units)
+            )
+            text_format = replace(
+                text_format, headers=stamps.named(text_format.headers), units=units
+            )
+            table = read_table(StampedFile(file, stamps), text_format, run)
+    axes = time_columns(text_format.headers, text_format.units)
     times = table.values[axes[0]] if axes else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
     raw = file_of_columns(
-        Columns(found.headers, values, found.units),
-        axes=found.axes,
-        start_time=found.start_time if stamps is None else stamps.start,
+        Columns(text_format.headers, values, text_format.units),
+        axes=text_format.axes,
+        start_time=text_format.start_time if stamps is None else stamps.start,
         cut=table.torn,
     )
-    notes = (*([found.note] if found.note else []), *raw.notes)
+    notes = (*([text_format.note] if text_format.note else []), *raw.notes)
     if table.unended:
         notes += ("The file does not end with a line end: its last number may be cut.",)
     if skipped is None:
@@ -308,7 +312,7 @@ def table_of(file: BinaryIO, encoding: str, lines: list[str], run: str) -> RawFi
         raw,
         notes=(skipped.message, *notes),
         skipped=skipped,
-        refusal=refusal(table.bad, len(found.headers)),
+        refusal=refusal(table.bad, len(text_format.headers)),
     )
 
 

@@ -149,10 +149,10 @@ def _read(
     RecordingError
         If a channel is longer than its header says.
     """
-    found = TextFormat(
+    text_format = TextFormat(
         encoding, head.separator, head.decimal, head.first, head.titles, (), remark=True
     )
-    table = read_table(file, found, run, span=(head.start, head.stop))
+    table = read_table(file, text_format, run, span=(head.start, head.stop))
     axis = next(iter(head.times), None)
     timed = axis is not None and length_of(table.values[axis]) == table.values.shape[1] > 0
     times = table.values[axis] if timed and axis is not None else None
@@ -356,17 +356,17 @@ def _notes(segments: Sequence[_Segment], parts: int) -> Iterator[str]:
 
 def _all_skipped(segments: Sequence[_Segment]) -> SkippedRows | None:
     """Return the lines that are left out of any segment, places counted over all of them."""
-    at, found = 0, list[tuple[int, SkippedRows]]()
+    at, skipped = 0, list[tuple[int, SkippedRows]]()
     for segment in segments:
         if segment.skipped is not None:
-            found.append((at, segment.skipped))
+            skipped.append((at, segment.skipped))
         at += segment.values.shape[1]
-    if not found:
+    if not skipped:
         return None
     return SkippedRows(
-        count=sum(one.count for _, one in found),
-        bridged=sum(one.bridged for _, one in found),
-        first=min(start + one.first for start, one in found),
-        last=max(start + one.last for start, one in found),
-        message=" ".join(one.message for _, one in found),
+        count=sum(one.count for _, one in skipped),
+        bridged=sum(one.bridged for _, one in skipped),
+        first=min(start + one.first for start, one in skipped),
+        last=max(start + one.last for start, one in skipped),
+        message=" ".join(one.message for _, one in skipped),
     )

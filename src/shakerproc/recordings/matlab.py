@@ -377,13 +377,13 @@ def _read_old(path: Path, run: str) -> list[tuple[str, Any]]:
 
 
 def _file_of(trees: Iterable[tuple[str, Tree]], run: str, handle: Any = None) -> RawFile:
-    found = flattened(trees)
+    variables = flattened(trees)
     return file_of_arrays(
-        found.arrays,
-        found.texts,
+        variables.arrays,
+        variables.texts,
         run,
-        called=found.called,
-        left_out=found.left_out,
+        called=variables.called,
+        left_out=variables.left_out,
         handle=handle,
     )
 

@@ -125,12 +125,12 @@ class Readers(Mapping[str, Reader]):
     def _entries(self) -> dict[str, EntryPoint]:
         """Return the first entry point for each ending that shakerproc does not read."""
         if self._installed is None:
-            found: dict[str, EntryPoint] = {}
+            entries: dict[str, EntryPoint] = {}
             for entry in entry_points(group=GROUP):
                 ending = f".{entry.name.lower()}"
                 if ending not in self._known:
-                    found.setdefault(ending, entry)
-            self._installed = found
+                    entries.setdefault(ending, entry)
+            self._installed = entries
         return self._installed
 
 
@@ -403,15 +403,15 @@ def recording_in(
         among, note = choose_part(raw, part, uses, name)
         wanted = uses if decide is None else decide(among, uses)
         chosen = choose_channels(among, wanted, name)
-        found = _recording(path, name, raw, file, chosen, said)
+        recording = _recording(path, name, raw, file, chosen, said)
         unused = unused_channels(
             raw, among, chosen, wanted, NO_ROLE if uses is None else IGNORED
         )
         return replace(
-            found,
+            recording,
             in_file=len(with_numbers(among)),
             unused=unused,
-            notes=(*found.notes, *([note] if note else []), *_absent(among, wanted)),
+            notes=(*recording.notes, *([note] if note else []), *_absent(among, wanted)),
         )
     except BaseException:
         raw.source.close()

@@ -200,21 +200,21 @@ def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseF
         If there are none, or they have different lines or units.
     """
     notes = list(file.notes)
-    found = _distinct([f for f in file.functions if f.kind == "response function"], run)
-    if not found:
-        found, told = _of_spectra(file.functions, run)
+    by_pair = _distinct([f for f in file.functions if f.kind == "response function"], run)
+    if not by_pair:
+        by_pair, told = _of_spectra(file.functions, run)
         notes += told
-    if not found:
-        found, told = _of_one_record(file.functions, run)
+    if not by_pair:
+        by_pair, told = _of_one_record(file.functions, run)
         notes += told
-    if not found:
+    if not by_pair:
         kinds = sorted({f.kind for f in file.functions})
         raise RecordingError(
             f"{run}: no response functions in it{': ' * bool(kinds)}{', '.join(kinds)}. Export "
             "the functions between responses and inputs, or the samples over time."
         )
-    _check_units(found, run)
-    chosen, told = _complete(found)
+    _check_units(by_pair, run)
+    chosen, told = _complete(by_pair)
     notes += told
     lines = _common_lines(list(chosen.values()), run)
     responses = tuple(dict.fromkeys(response for response, _ in chosen))
@@ -253,15 +253,15 @@ def _distinct(functions: Sequence[Function], run: str) -> dict[tuple[str, str], 
     RecordingError
         If two are between the same and differ.
     """
-    found: dict[tuple[str, str], Function] = {}
+    by_pair: dict[tuple[str, str], Function] = {}
     for one in functions:
-        other = found.setdefault((one.response, one.input), one)
+        other = by_pair.setdefault((one.response, one.input), one)
         if other is not one and not np.array_equal(other.values, one.values):
             raise RecordingError(
                 f"{run}: {other.where} and {one.where} are both of {one.response} to "
                 f"{one.input}. Export each function once, with its node and direction."
             )
-    return found
+    return by_pair
 
 
 def _of_spectra(
@@ -275,7 +275,7 @@ def _of_spectra(
         If two have different lines.
     """
     autos = [f for f in functions if f.kind == "auto spectrum"]
-    found = {}
+    by_pair = {}
     for cross in (f for f in functions if f.kind == "cross spectrum"):
         # force and acceleration of a driving point have one name: their units tell them apart
         there = [auto for auto in autos if auto.response == cross.input]
@@ -292,9 +292,9 @@ def _of_spectra(
         one = replace(
             cross, kind="response function", values=values, input_unit=auto.response_unit
         )
-        found[cross.response, cross.input] = one
-    sentences = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
-    return found, sentences * bool(found)
+        by_pair[cross.response, cross.input] = one
+    sentences = [f"{len(by_pair)} response functions are made of cross and auto spectra (H1)."]
+    return by_pair, sentences * bool(by_pair)
 
 
 def _of_one_record(
@@ -311,18 +311,18 @@ def _of_one_record(
     forces = [f for f in spectra if _of_one_quantity(f.response_unit, "N")]
     if len(forces) != 1:
         return {}, []
-    force, found = forces[0], {}
+    force, by_pair = forces[0], {}
     for one in (f for f in spectra if f is not force):
         _common_lines([one, force], run)
-        found[one.response, force.response] = replace(
+        by_pair[one.response, force.response] = replace(
             one, kind="response function", values=one.values / force.values,
             input=force.response, input_unit=force.response_unit,
         )  # fmt: skip
     text = (
-        f"{len(found)} response functions are ratios of spectra of one record to that of "
+        f"{len(by_pair)} response functions are ratios of spectra of one record to that of "
         f"{force.response}: without averages, noise of the force makes them smaller."
     )
-    return found, [text] * bool(found)
+    return by_pair, [text] * bool(by_pair)
 
 
 def _of_one_quantity(first: str, second: str) -> bool:
@@ -417,12 +417,14 @@ def _coherence(
 
     Where a response has no coherence to an input, its multiple coherence to all inputs counts.
     """
-    found = {(f.response, f.input): f.values.real for f in functions if f.kind == "coherence"}
+    coherences = {
+        (f.response, f.input): f.values.real for f in functions if f.kind == "coherence"
+    }
     every = {f.response: f.values.real for f in functions if f.kind == "multiple coherence"}
-    if not found and not every:
+    if not coherences and not every:
         return None, []
     none = np.empty(0)
-    rows = [[found.get((r, i), every.get(r, none)) for i in inputs] for r in responses]
+    rows = [[coherences.get((r, i), every.get(r, none)) for i in inputs] for r in responses]
     if any(one.size != n for row in rows for one in row):
         return None, ["The coherences do not belong to all functions and are not used."]
     return np.clip(np.array(rows), 0.0, 1.0), []

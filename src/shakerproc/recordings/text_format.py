@@ -187,9 +187,9 @@ def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
     for delimiter, decimal in _FORMATS:
         if (delimiter != "," and delimiter not in letters) or decimal not in {".", *letters}:
             continue
-        found = _try_format(lines, encoding, delimiter, decimal)
-        if found is not None and (best is None or found[0] > best[0]):
-            best = found
+        guess = _try_format(lines, encoding, delimiter, decimal)
+        if guess is not None and (best is None or guess[0] > best[0]):
+            best = guess
     if best is None:
         middle = len(lines) // 2
         raise RecordingError(
@@ -269,11 +269,11 @@ def _try_format(
         axes += (domain.axis,)
     if interval is not None and not axes:
         axes = (TimeAxis("row Interval", step=interval, unit="s"),)
-    found = TextFormat(
+    text_format = TextFormat(
         encoding, delimiter, decimal, start, headers, units, axes=axes, note=note,
         start_time=None if domain is None else domain.origin,
     )  # fmt: skip
-    return counts[width] * width, found
+    return counts[width] * width, text_format
 
 
 def _below_meta(

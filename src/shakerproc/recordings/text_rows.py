@@ -390,11 +390,11 @@ def without_bad_rows(
 
 def refusal(bad: Interruptions, width: int) -> str:
     """Return the message on bad rows: the first of them, and how many there are."""
-    line, found = bad.named[0]
+    line, text = bad.named[0]
     count = len(bad.after)
     wanted = f"{width} numbers are" if width > 1 else "a number is"
     such = f" {count} lines are no rows of numbers ({_listed(bad)})." if count > 1 else ""
-    return f"line {line}: {found}, where {wanted} wanted.{such}"
+    return f"line {line}: {text}, where {wanted} wanted.{such}"
 
 
 def _listed(bad: Interruptions) -> str:
@@ -404,7 +404,7 @@ def _listed(bad: Interruptions) -> str:
 
 def _message(bad: Interruptions, filled: int, *, timed: bool) -> str:
     count = len(bad.after)
-    line, found = bad.named[0]
+    line, text = bad.named[0]
     lines = f"{count} lines that are no rows of numbers were"
     if count == 1:
         lines = "1 line that is no row of numbers was"
@@ -412,7 +412,7 @@ def _message(bad: Interruptions, filled: int, *, timed: bool) -> str:
     bridged = f"{filled} samples are" if filled != 1 else "1 sample is"
     why = "as the time column says" if timed else "no time column says how many were missing"
     return (
-        f"{lines} skipped ({where}line {line}: {found}); {bridged} bridged by "
+        f"{lines} skipped ({where}line {line}: {text}); {bridged} bridged by "
         f"straight lines ({why})."
     )
 

@@ -261,16 +261,16 @@ def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
 
 def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
     """Return the statement of times in a unit, or in none that is told."""
-    found = steps_of(times, axis.where, unit)
+    steps = steps_of(times, axis.where, unit)
     first = float(times[:1][0]) if times.size else 0.0
-    ticks = ticks_of(times) if found.problem and times.size > 1 else None
+    ticks = ticks_of(times) if steps.problem and times.size > 1 else None
     if ticks is not None:
         ways = _ways(unit, ticks.step or ticks.tick, first)
         ways = tuple(replace(way, rate=_whole(way.rate, ticks.doubt)) for way in ways)
-        return _Statement(axis, ways, ticks.doubt, found.problem, tick=ticks.tick)
-    ways = _ways(unit, found.step, first) if found.step else ()
-    ways = tuple(replace(way, rate=_whole(way.rate, found.doubt)) for way in ways)
-    return _Statement(axis, ways, found.doubt, found.problem)
+        return _Statement(axis, ways, ticks.doubt, steps.problem, tick=ticks.tick)
+    ways = _ways(unit, steps.step, first) if steps.step else ()
+    ways = tuple(replace(way, rate=_whole(way.rate, steps.doubt)) for way in ways)
+    return _Statement(axis, ways, steps.doubt, steps.problem)
 
 
 def _of_step(axis: TimeAxis, step: float, unit: str) -> _Statement:

@@ -68,12 +68,12 @@ def read_uff(path: Path, run: str) -> RawFile:
         path, run, " are too many to hold in memory. Export the recording as TDMS instead."
     )
     try:
-        found = list(data_sets(content))
-        every = [record_of(content, one) for one in found if one.kind == KIND]
+        uff_sets = list(data_sets(content))
+        every = [record_of(content, one) for one in uff_sets if one.kind == KIND]
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     records = [record for record in every if record.is_recording]
-    others = _contents_text([r for r in every if not r.is_recording], found)
+    others = _contents_text([r for r in every if not r.is_recording], uff_sets)
     if not records:
         message = (
             f"{run}: no time record (dataset 58 with function type 1, or 0 over a time); the "
@@ -208,10 +208,12 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
     """
     content = _content(path, run, ". Export fewer functions.")
     try:
-        found = list(data_sets(content))
-        records = [record_of(content, one, spectra=True) for one in found if one.kind == KIND]
-        units = units_of(content, found)
-        wireframe, left_out = wireframe_of(content, found, units)
+        uff_sets = list(data_sets(content))
+        records = [
+            record_of(content, one, spectra=True) for one in uff_sets if one.kind == KIND
+        ]
+        units = units_of(content, uff_sets)
+        wireframe, left_out = wireframe_of(content, uff_sets, units)
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     whole = [record for record in records if record.head]

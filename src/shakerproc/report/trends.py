@@ -231,19 +231,19 @@ def earlier_section(
     runs: Sequence[RunSummary], earlier: Earlier, units: ShownUnits
 ) -> ReportSection:
     """Return the tests of both campaigns side by side: a table of modes, curves overlaid."""
-    found = changes(runs, earlier.runs)
+    moved = changes(runs, earlier.runs)
     before = {run.test: run for run in earlier.runs if run.status == "done"}
     pairs = [(run, before[run.test]) for run in runs if run.status == "done"
              and run.test in before]  # fmt: skip
-    paragraphs = [_opening(earlier, found.rows, len(pairs))]
-    for tests, whose in ((found.only_now, "this campaign"), (found.only_before, "the earlier")):
+    paragraphs = [_opening(earlier, moved.rows, len(pairs))]
+    for tests, whose in ((moved.only_now, "this campaign"), (moved.only_before, "the earlier")):
         if tests:
             paragraphs.append(f"Only in {whose}: {', '.join(tests)}.")
     other = [now.test for now, then in pairs if quantity_of(now) != quantity_of(then)]
     if other:
         text = ", ".join(other)
         paragraphs.append(f"Not compared, with a control in one campaign only: {text}.")
-    rows = [_cells(row) for row in found.rows]
+    rows = [_cells(row) for row in moved.rows]
     table = filled("Every mode before and now.", COLUMNS, rows)
     drawn = [_overlaid(run_in(now, units), run_in(then, units)) for now, then in pairs]
     return ReportSection(

@@ -85,16 +85,16 @@ def averaged_blows(
         If there is no force or no blow, or none can be used.
     """
     setup = _setup(recording, crop, test.processing.hammer)
-    cut, found = setup.cut, []
+    cut, blows = setup.cut, []
     for sample in setup.strikes.samples:
         reason = incomplete(sample, cut, crop.n_samples)
         if reason:
-            found.append(Blow(sample, float("nan"), float("nan"), reason, 0.0))
+            blows.append(Blow(sample, float("nan"), float("nan"), reason, 0.0))
         else:
-            found.append(judge(_block(recording, crop, sample, cut), sample, setup))
-    kept = [blow.sample for blow in found if blow.kept]
+            blows.append(judge(_block(recording, crop, sample, cut), sample, setup))
+    kept = [blow.sample for blow in blows if blow.kept]
     if not kept:
-        raise SpectrumError(_no_blow_reason(recording, crop, setup, found))
+        raise SpectrumError(_no_blow_reason(recording, crop, setup, blows))
     blocks = (_block(recording, crop, sample, cut) for sample in kept)
     pulses: list[FloatArray] = []
     quiet: list[FloatArray] = []
@@ -106,7 +106,7 @@ def averaged_blows(
         window=cut.window,
         inputs=inputs,
     )
-    absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
+    absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in blows)
     return (
         replace(cross, window_name="blows", decay_rate=cut.decay_rate),
         Blows(setup, absolute, np.array(pulses), noise_before(quiet)),

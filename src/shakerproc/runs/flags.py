@@ -76,9 +76,9 @@ def control_drops(result: RunResult) -> list[ControlDrop]:
     """
     if not result.controls or not result.responses:
         return []
-    found = _of_density(result) if result.test.excitation in _RANDOM else _of_sweeps(result)
+    drops = _of_density(result) if result.test.excitation in _RANDOM else _of_sweeps(result)
     kept: list[ControlDrop] = []
-    for one in sorted(found, key=lambda drop: drop.decibels):
+    for one in sorted(drops, key=lambda drop: drop.decibels):
         if all(max(one.frequency, k.frequency) > HALF_OCTAVE * min(one.frequency, k.frequency)
                for k in kept):  # fmt: skip
             kept.append(one)
@@ -244,7 +244,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         )
         for f in within(found_in_samples, start, stop)
     ]
-    found = [
+    flags = [
         _crop(result),
         _controls(result),
         _level(result),
@@ -256,13 +256,13 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         _problem("sweep", result.over_time.tracking.problem),
         _problem("notch", result.over_time.notch_problem),
     ]
-    found += expired(result.test, recording.start_time)
-    found += [
+    flags += expired(result.test, recording.start_time)
+    flags += [
         RunFlag("sweep rate", result.channels[reading.channel].name, text)
         for reading in result.over_time.swept
         if (text := too_fast(reading, in_octaves=result.test.rate_hz_per_s is None))
     ]
-    found += [
+    flags += [
         RunFlag(
             "control at resonance",
             result.channels[drop.channel].name,
@@ -270,9 +270,9 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         )
         for drop in control_drops(result)
     ]
-    found += [RunFlag(one.kind, "", text) for one in result.analyses for text in one.problems]
+    flags += [RunFlag(one.kind, "", text) for one in result.analyses for text in one.problems]
     known = {flag.kind for flag in seen}
-    return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
+    return (*seen, *(flag for flag in flags if flag is not None and flag.kind not in known))
 
 
 def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:

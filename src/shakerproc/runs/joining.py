@@ -85,13 +85,13 @@ class SequenceSource(SampleSource):
     parts: tuple[Recording, ...]
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        found, first = [], 0
+        parts, first = [], 0
         for part in self.parts:
             low, high = max(start - first, 0), min(stop - first, part.n_samples)
             if low < high:
-                found.append(part.select(list(rows)).samples(low, high))
+                parts.append(part.select(list(rows)).samples(low, high))
             first += part.n_samples
-        return np.concatenate(found, axis=1) if found else np.empty((len(rows), 0))
+        return np.concatenate(parts, axis=1) if parts else np.empty((len(rows), 0))
 
     def close(self) -> None:
         """Close all."""

@@ -127,7 +127,7 @@ def _with_others(
         for name in test.continued:
             path = test.require_file(name)
             there.append(opened(path, f"test {test.id} ({path.name})"))
-        found = in_sequence(run, there) if test.continued else recording
+        joined = in_sequence(run, there) if test.continued else recording
         for one in test.beside:
             if all(use.role == "ignore" for use in one.channels):
                 continue  # it says that nothing is taken from there
@@ -145,14 +145,14 @@ def _with_others(
                     hashed=seen,
                 )
             )  # fmt: skip
-            found = side_by_side(
-                found, there[-1], one.common, stamped=not test.processing.ignore_starts
+            joined = side_by_side(
+                joined, there[-1], one.common, stamped=not test.processing.ignore_starts
             )
     except BaseException:
         for part in there:
             part.source.close()
         raise
-    return found
+    return joined
 
 
 def _by_sheet_alone(among: RawGroup, said: Sequence[ChannelUse] | None) -> Sequence[ChannelUse]:

@@ -277,15 +277,15 @@ def _asked_of(result: RunResult) -> tuple[list[ChannelPair], list[str]]:
     SpectrumError
         If it does not have one that is asked of this test itself.
     """
-    found, missing = [], []
+    asked, missing = [], []
     for one in result.test.processing.response_functions:
         try:
-            found.append(_pair(result, result.spectra, *_of_names(result, one)))
+            asked.append(_pair(result, result.spectra, *_of_names(result, one)))
         except SpectrumError as error:
             if "response_functions" not in result.test.processing.inherited:
                 raise
             missing.append(f"Left out: {one.output} / {one.input}: {error}")
-    return found, missing
+    return asked, missing
 
 
 def force_remarks(result: RunResult) -> tuple[str, ...]:

@@ -66,7 +66,7 @@ def find_crop(recording: Recording, test: Test) -> Crop:
     decides = abs(rest) >= DECIDES * crop.threshold
     blocks = (block - rest for block in _first(only)) if decides else _first(only)
     unit, scale = shown_unit(only.channels[0].unit)
-    found = spectra.crop_by_threshold(
+    found_crop = spectra.crop_by_threshold(
         list(blocks) if crop.remove_offset else blocks,
         crop.threshold,
         recording.sample_rate,
@@ -77,13 +77,13 @@ def find_crop(recording: Recording, test: Test) -> Crop:
         shown=(unit, scale),
     )
     if not decides:
-        return found
+        return found_crop
     text = (
         f"{only.channels[0].name} rests at {numeral(scale * rest, 4)} {unit}, against a "
         f"threshold of {numeral(scale * crop.threshold, 4)} {unit}: the crop compares it "
         "without that offset"
     )
-    return replace(found, warning="; ".join(filter(None, (text, found.warning))))
+    return replace(found_crop, warning="; ".join(filter(None, (text, found_crop.warning))))
 
 
 def _rest(recording: Recording) -> float:
@@ -357,11 +357,11 @@ def _with_spectrogram(recording: Recording, result: RunResult) -> RunResult:
             if "spectrogram" not in result.test.processing.inherited:
                 raise
             notes = (*notes, f"{error}; shown is {result.channels[row].name}.")
-    found = density_against_time(recording, result.crop, row, segment)
-    if found is None and asked is not None:
+    surface = density_against_time(recording, result.crop, row, segment)
+    if surface is None and asked is not None:
         why = f"the run holds fewer than two segments of {segment} samples."
         notes = (*notes, f"No spectrogram: {why}")
-    over_time = replace(result.over_time, spectrogram=found, pictured=row)
+    over_time = replace(result.over_time, spectrogram=surface, pictured=row)
     return replace(result, over_time=over_time, notes=notes)
 
 

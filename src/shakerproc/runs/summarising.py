@@ -89,15 +89,15 @@ class RunSurface:
 
 def surface_of(result: RunResult) -> RunSurface | None:
     """Return the spectrogram of a run, None where there is none."""
-    found = result.over_time.spectrogram
-    if found is None or found.time.size < 2:
+    surface = result.over_time.spectrogram
+    if surface is None or surface.time.size < 2:
         return None
     channel = result.channels[result.over_time.pictured]
     unit, factor = shown_unit(channel.unit)
-    part = found.frequency <= result.spectra.frequency[shown_part(result)][-1]
-    level = 10.0 * np.log10(np.maximum(found.density[0, part] * factor**2, 1e-30))
-    time = result.crop.start / result.recorded.sample_rate + found.time
-    return RunSurface(channel.name, f"{unit}²/Hz", time, found.frequency[part], level)
+    part = surface.frequency <= result.spectra.frequency[shown_part(result)][-1]
+    level = 10.0 * np.log10(np.maximum(surface.density[0, part] * factor**2, 1e-30))
+    time = result.crop.start / result.recorded.sample_rate + surface.time
+    return RunSurface(channel.name, f"{unit}²/Hz", time, surface.frequency[part], level)
 
 
 def curves_of(result: RunResult) -> list[RunCurve]:
@@ -461,10 +461,10 @@ def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
 
 def _kept_surface(result: RunResult) -> SurfaceSummary | None:
     """Return the spectrogram in as many cells as the page draws, where the log asks for it."""
-    found = surface_of(result) if result.test.processing.spectrogram is not None else None
-    if found is None:
+    surface = surface_of(result) if result.test.processing.spectrogram is not None else None
+    if surface is None:
         return None
-    level = found.level
+    level = surface.level
     for axis, most in enumerate(SURFACE_CELLS):
         cells = min(most, level.shape[axis])
         starts = np.arange(cells) * level.shape[axis] // cells
@@ -473,10 +473,10 @@ def _kept_surface(result: RunResult) -> SurfaceSummary | None:
     share = np.clip((level - high) / RANGE_DB + 1.0, 0.0, 1.0)
     letters = (ord("A") + np.rint(share * (SURFACE_STEPS - 1))).astype(np.uint8)
     return SurfaceSummary(
-        found.channel,
-        found.unit,
-        (float(found.time[0]), float(found.time[-1])),
-        (float(found.frequency[0]), float(found.frequency[-1])),
+        surface.channel,
+        surface.unit,
+        (float(surface.time[0]), float(surface.time[-1])),
+        (float(surface.frequency[0]), float(surface.frequency[-1])),
         high - RANGE_DB,
         high,
         tuple(str(row.tobytes(), "ascii") for row in letters),

@@ -315,16 +315,16 @@ def thesis_names(channels: Sequence[Channel], n_controls: int) -> list[str]:
 
 def write_thesis_tables(result: RunResult, recording: Recording, folder: Path) -> list[Path]:
     """Write the tables of the thesis' scripts, and return the files."""
-    found = thesis_tables_of(result, recording)
-    names = list(found.tables["psd"].columns)
+    thesis = thesis_tables_of(result, recording)
+    names = list(thesis.tables["psd"].columns)
     written = []
-    for name, table in found.tables.items():
+    for name, table in thesis.tables.items():
         written.append(folder / f"{name}.csv")
         files.write_csv(written[-1], {table.index_name: table.index, **table.columns})
     written.append(folder / "peaks.csv")
-    files.write_csv(written[-1], _peak_columns(found))
+    files.write_csv(written[-1], _peak_columns(thesis))
     written.append(folder / "crop.json")
-    files.write_json(written[-1], {**found.crop, **_said(result, names), "mode": found.mode})
+    files.write_json(written[-1], {**thesis.crop, **_said(result, names), "mode": thesis.mode})
     return written
 
 

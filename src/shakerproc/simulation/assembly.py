@@ -87,12 +87,12 @@ class System:
     @property
     def largest_states(self) -> FloatArray:
         """Size of each state and its limit, (n_states, 2) array."""
-        found = [
+        states = [
             largest_state(Law(line[LAW]), values)
             for line, values in zip(self.machine.lines, self.machine.values, strict=True)
             if line[MEMORY] >= 0
         ]
-        return np.array(found, float).reshape(-1, 2)
+        return np.array(states, float).reshape(-1, 2)
 
     @property
     def n_motions(self) -> int:
@@ -242,8 +242,8 @@ _TURN = 0.8  # rad of the fastest mode in one part of a sample
 
 def branches_of(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
     """Return the branches that each line can be on, or None where some are not linear."""
-    found = _branches(machine)
-    return None if found is None or np.any(_nonlinear_numbers(machine) >= 0) else found
+    branches = _branches(machine)
+    return None if branches is None or np.any(_nonlinear_numbers(machine) >= 0) else branches
 
 
 def _branches(machine: Machine) -> tuple[tuple[int, ...], ...] | None:

@@ -147,9 +147,9 @@ def interpolation_error(
     if pieces is not None:
         steps = np.arange(-earlier * upsample, (length - 1) * upsample)
         halves = 0.5 ** np.arange(pieces.shape[1])
-        found = pieces[cuts[:, None] * upsample + steps] @ halves
+        interpolated = pieces[cuts[:, None] * upsample + steps] @ halves
         edge = min(PREDICTED_ENDS, earlier) * upsample
-        missed = np.abs(found - exact[:, 1::2])[:, edge : steps.size - edge]
+        missed = np.abs(interpolated - exact[:, 1::2])[:, edge : steps.size - edge]
         middle = float(np.max(missed, initial=0.0))
     beginnings = _error_of_beginnings(samples[places[:, earlier:]], exact, earlier)
     ends = max(
@@ -193,13 +193,13 @@ def _predicted(samples: FloatArray) -> FloatArray:
         What comes next, as it is predicted.
     """
     rows = samples.reshape(-1, samples.shape[-1])
-    found = np.zeros((len(rows), MARGIN))
+    predicted = np.zeros((len(rows), MARGIN))
     for row, weights, ahead in zip(
-        rows, _burg(rows, min(PREDICTION_ORDER, rows.shape[1] // 2)), found, strict=True
+        rows, _burg(rows, min(PREDICTION_ORDER, rows.shape[1] // 2)), predicted, strict=True
     ):
         state = scipy.signal.lfiltic([1.0], weights, row[: -weights.size : -1])
         ahead[:] = scipy.signal.lfilter([1.0], weights, ahead, zi=state)[0]
-    return found.reshape(*samples.shape[:-1], MARGIN)
+    return predicted.reshape(*samples.shape[:-1], MARGIN)
 
 
 def _burg(samples: FloatArray, order: int) -> FloatArray:

@@ -87,7 +87,7 @@ def clock_against(
     power = np.array([float(np.sum(x[a : a + length] ** 2)) for a in starts])
     quarter = SEGMENTS // 4  # of a part in the middle, the other most likely has it as well
     loudest = int(starts[quarter + np.argmax(power[quarter:-quarter])])
-    lag, found = _delay(x[loudest : loudest + length], y, -loudest)
+    lag, similarity = _delay(x[loudest : loudest + length], y, -loudest)
     rows = []
     for start in starts:
         reach = int(MOST_DRIFT * abs(start - loudest)) + 16
@@ -102,7 +102,7 @@ def clock_against(
     middle, delays, strength = table[:, 0], table[:, 1], table[:, 2]
     known = strength >= LEAST_CORRELATION
     if not known.any():
-        best = max([found, *strength.tolist()])
+        best = max([similarity, *strength.tolist()])
         raise SpectrumError(
             f"no part of one is found in the other: they correlate to {best:.2f} at most, "
             f"where {LEAST_CORRELATION:g} is needed"

@@ -89,12 +89,12 @@ def integrated(
         omega = 2j * np.pi * np.maximum(frequency, 1e-300)
         spectrum = scipy.fft.rfft(samples, length) * high_pass_gain(frequency, corner)
         kept = slice(start - first, stop - first)
-        found = []
+        outputs = []
         for power in (1, 2):
             whole = np.zeros_like(spectrum)
             np.divide(spectrum, omega**power, out=whole, where=frequency > 0.0)
-            found.append(scipy.fft.irfft(whole, length)[:, kept])
-        yield np.array(found)
+            outputs.append(scipy.fft.irfft(whole, length)[:, kept])
+        yield np.array(outputs)
 
 
 def _from_rest(read: Reader, sample_rate: float, part: tuple[int, int]) -> Iterator[FloatArray]:

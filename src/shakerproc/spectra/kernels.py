@@ -305,9 +305,9 @@ def rainflow(signal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     differs = np.diff(signal) != 0.0
     distinct = np.concatenate([signal[:1], signal[1:][differs]]).astype(np.float64)
-    found = np.empty((distinct.size + 1, 2))
-    n_found = count_cycles(distinct, found)
-    return found[:n_found, 0].copy(), found[:n_found, 1].copy()
+    cycles = np.empty((distinct.size + 1, 2))
+    n_found = count_cycles(distinct, cycles)
+    return cycles[:n_found, 0].copy(), cycles[:n_found, 1].copy()
 
 
 @exact_jit

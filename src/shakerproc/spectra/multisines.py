@@ -337,12 +337,13 @@ def grid_of(
     if np.sum(somewhere & (number % 2 == 0)) <= STRAY_EVEN_LINES * np.sum(somewhere):
         excited &= number % 2 == 1
     fewest = int(np.argmin(excited.sum(axis=1)))
-    found = int(excited[fewest].sum())
-    if found < FEWEST_LINES:
+    n_excited = int(excited[fewest].sum())
+    if n_excited < FEWEST_LINES:
         whose = f" in realisation {fewest + 1}" if len(excited) > 1 else ""
         raise SpectrumError(
-            f"only {found} lines of the input are excited{whose} from {numeral(band[0], 4)} to "
-            f"{numeral(band[1], 4)} Hz; correct from, to, period or the role of the input"
+            f"only {n_excited} lines of the input are excited{whose} from "
+            f"{numeral(band[0], 4)} to {numeral(band[1], 4)} Hz; correct from, to, "
+            "period or the role of the input"
         )
     chosen = np.flatnonzero(excited.any(axis=0))
     part = slice(int(chosen[0]), int(chosen[-1]) + 1)

@@ -200,8 +200,8 @@ def h1_of_inputs(
     .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 7.
     """
     s_xy, inverse, scale = scaled_inputs(spectra, inputs, responses)
-    found = np.einsum("fij,jrf->rif", inverse, s_xy)
-    return np.asarray(found / scale, dtype=np.complex128)
+    functions = np.einsum("fij,jrf->rif", inverse, s_xy)
+    return np.asarray(functions / scale, dtype=np.complex128)
 
 
 def psd_ratio(

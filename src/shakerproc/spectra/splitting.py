@@ -286,11 +286,11 @@ def shocks_of(cells: Cells, rule: ShockRule) -> list[tuple[int, int]]:
 
 def _closed(mask: NDArray[np.bool_], gap: int) -> NDArray[np.bool_]:
     """Return a mask in which gaps of less than so many cells are filled."""
-    found = mask.copy()
+    closed = mask.copy()
     for first, stop in _runs(~mask):
         if stop - first < gap and first > 0 and stop < mask.size:
-            found[first:stop] = True
-    return found
+            closed[first:stop] = True
+    return closed
 
 
 def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:

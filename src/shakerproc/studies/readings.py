@@ -107,7 +107,7 @@ def simulated(model: Model, run: StudyRun, *, growth: bool = True) -> SimulatedM
     if run.method != "exact":
         return _by_thesis_method(model, run)
     driving = excitation_of(run) if run.excitation == "random" else signal_of(run)
-    found = simulate(
+    response = simulate(
         model,
         driving,
         run.sample_rate,
@@ -115,7 +115,7 @@ def simulated(model: Model, run: StudyRun, *, growth: bool = True) -> SimulatedM
         start=_start(model, run),
         growth=growth,
     )
-    return _motion(found, run)
+    return _motion(response, run)
 
 
 def _start(model: Model, run: StudyRun) -> dict[str, tuple[float, float]]:
@@ -151,11 +151,11 @@ def _by_thesis_method(model: Model, run: StudyRun) -> SimulatedMotion:
     start = np.zeros((2, len(model.masses)))
     start[:, 0] = run.initial_displacement, run.initial_velocity
     if run.method == "Newmark":
-        found = newmark(model, samples, run.sample_rate, start=start)
+        response = newmark(model, samples, run.sample_rate, start=start)
     elif run.method == "exact":
         raise ValueError("the exact method is no method of the thesis")
     else:
-        found = general_solver(
+        response = general_solver(
             model,
             _at_a_time(run, time, samples),
             time,
@@ -168,9 +168,9 @@ def _by_thesis_method(model: Model, run: StudyRun) -> SimulatedMotion:
     return SimulatedMotion(
         sample_rate=run.sample_rate,
         time=time[skip:],
-        displacement=found.displacement[0, skip:],
-        velocity=found.velocity[0, skip:],
-        acceleration=(found.acceleration[0] + moving)[skip:],
+        displacement=response.displacement[0, skip:],
+        velocity=response.velocity[0, skip:],
+        acceleration=(response.acceleration[0] + moving)[skip:],
         growth=float("nan"),
         chaotic=False,
     )
@@ -237,7 +237,7 @@ def strobe(
     if run.excitation != "sine" or run.frequency <= 0.0:
         raise ValueError("looking once a period needs a sine with a frequency")
     per_period = phases * max(1, -(-16 // phases))
-    found = simulate(
+    response = simulate(
         model,
         signal_of(run),
         per_period * run.frequency,
@@ -246,9 +246,9 @@ def strobe(
     )
     first, step = settle * per_period, per_period // phases
     shape = (periods, phases)
-    x = found.displacement[0, first : first + periods * per_period : step].reshape(shape)
-    v = found.velocity[0, first : first + periods * per_period : step].reshape(shape)
-    return x.T, v.T, float("nan") if found.growth is None else found.growth
+    x = response.displacement[0, first : first + periods * per_period : step].reshape(shape)
+    v = response.velocity[0, first : first + periods * per_period : step].reshape(shape)
+    return x.T, v.T, float("nan") if response.growth is None else response.growth
 
 
 def _motion(response: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
@@ -317,8 +317,8 @@ def spectrum(samples: FloatArray, sample_rate: float, measure: Measure) -> Spect
         raise ValueError(
             f"a run of {samples.size} samples holds no segment of {measure.segment}"
         )
-    found = cross_spectra(samples[None], sample_rate, segment=measure.segment)
-    return Spectrum(found.frequency, psd(found)[0], found.bin_width)
+    cross = cross_spectra(samples[None], sample_rate, segment=measure.segment)
+    return Spectrum(cross.frequency, psd(cross)[0], cross.bin_width)
 
 
 def peak_frequency(lines: Spectrum, measure: Measure) -> float:

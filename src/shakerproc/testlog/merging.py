@@ -195,11 +195,11 @@ def _settings_of(base: T | None, section: BaseModel | None, usual: T, key: str) 
     """
     if section is None:
         return base
-    found = _overridden(base or usual, section)
-    low, high = (getattr(found, name, None) for name in ("low", "high"))
+    settings = _overridden(base or usual, section)
+    low, high = (getattr(settings, name, None) for name in ("low", "high"))
     if low is not None and high is not None and low >= high:
         raise MisfitError("expected from below to", key, "to")
-    return found
+    return settings
 
 
 def modal_of(section: ModalSection) -> Modal:

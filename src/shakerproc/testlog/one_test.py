@@ -314,10 +314,10 @@ def check_expectation(test: Test, recording: Recording) -> None:
     LogError
         If it is not; with everything that differs.
     """
-    found = list(_departures(test, recording))
-    if found:
+    departures = list(_departures(test, recording))
+    if departures:
         raise LogError(
-            f"{test.source}: test {test.id}: {'; '.join(found)}; correct the log, or look "
+            f"{test.source}: test {test.id}: {'; '.join(departures)}; correct the log, or look "
             "whether this is the recording of that test"
         )
 
@@ -356,10 +356,12 @@ def _difference(unit: str, wanted: float, value: float, tolerance: float) -> Ite
 
 def _other_count(wanted: int, recording: Recording) -> Iterator[str]:
     used = len(recording.channels)
-    found = used if recording.in_file is None else recording.in_file
-    if found != wanted:
-        counted = f"all of them counted; {used} are used" if used != found else "all are used"
-        yield f"the log expects {wanted} channels, the recording has {found} ({counted})"
+    n_channels = used if recording.in_file is None else recording.in_file
+    if n_channels != wanted:
+        counted = (
+            f"all of them counted; {used} are used" if used != n_channels else "all are used"
+        )
+        yield f"the log expects {wanted} channels, the recording has {n_channels} ({counted})"
 
 
 def _other_units(wanted: str, recording: Recording) -> Iterator[str]:

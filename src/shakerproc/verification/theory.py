@@ -168,11 +168,11 @@ def _frequency_at(turns: Callable[[FloatArray], FloatArray], time: float) -> flo
 
 
 def _critical_damping() -> ClaimFinding:
-    found = 0.06324 / (2.0 * np.sqrt(10.0 / 0.1))
+    ratio = 0.06324 / (2.0 * np.sqrt(10.0 / 0.1))
     return ClaimFinding(
         f"c = 2 zeta sqrt(kappa m) takes the force kappa [N] for a stiffness. Against kappa/a "
-        f"at a = 0.1 m the 0.06324 N s/m are zeta = {found:.4f}",
-        (equals("zeta [-]", found, 0.01, 0.01, relative=True),),
+        f"at a = 0.1 m the 0.06324 N s/m are zeta = {ratio:.4f}",
+        (equals("zeta [-]", ratio, 0.01, 0.01, relative=True),),
     )
 
 

@@ -185,10 +185,10 @@ def _written_up(
 ) -> dict[str, Any]:
     runs = campaign.runs
     trends = trends_of(runs, wish)
-    channel, found, missing = trends.channel, trends.found, trends.missing
-    write_tables(runs, found, channel, root)
+    channel, shown_trends, missing = trends.channel, trends.found, trends.missing
+    write_tables(runs, shown_trends, channel, root)
     if wish.figures:
-        draw_trends([trend_in(one, USUAL) for one in found], root / "trends")
+        draw_trends([trend_in(one, USUAL) for one in shown_trends], root / "trends")
     units, sections = ShownUnits(wish.units), [*further, *sections_of(root, evidence)]
     if wish.earlier is not None:
         rows = changes(runs, wish.earlier.runs).rows
@@ -197,7 +197,7 @@ def _written_up(
     report = Report(
         title,
         runs,
-        found,
+        shown_trends,
         channel,
         wish.command,
         {},
@@ -211,7 +211,10 @@ def _written_up(
         units,
     )
     write_report(root / "report.html", report)
-    content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}
+    content = {
+        **_document(title, runs, shown_trends, channel, wish.command),
+        **document(evidence),
+    }
     if verdict:
         content["verdict"] = verdict
     files.write_json(root / "report.json", content)

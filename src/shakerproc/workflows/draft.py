@@ -48,8 +48,8 @@ def recordings_below(folder: Path) -> list[Path]:
     """
     from shakerproc.recordings import READERS
 
-    found = [p for p in folder.rglob("*") if p.suffix.lower() in READERS and p.is_file()]
-    visible = [p for p in found if not p.name.startswith(".")]
+    paths = [p for p in folder.rglob("*") if p.suffix.lower() in READERS and p.is_file()]
+    visible = [p for p in paths if not p.name.startswith(".")]
     if not visible:
         raise LogError(f"{folder}: no recording in it; shakerproc reads {', '.join(READERS)}")
     return sorted(visible, key=lambda path: [natural(part) for part in path.parts])
@@ -121,17 +121,17 @@ def seen_of(
 
     `said` is what is known of its times.
     """
-    found = None
+    seen = None
     try:
-        found = look(path, said)
+        seen = look(path, said)
     except RecordingError as error:
         warn(f"not usable yet: {error}")
         with suppress(RecordingError):
-            found = described(path)
-        if found is None:
+            seen = described(path)
+        if seen is None:
             warn(f"left out: {path.name}")
     advance(path.name)
-    return [] if found is None else [found]
+    return [] if seen is None else [seen]
 
 
 _ON_THE_TABLE: Final = re.compile(r"control|table|base|input|drive|armature|\bref", re.I)
@@ -235,7 +235,7 @@ def entries(seen: SeenRecording) -> dict[str, tuple[str, str]]:
     """
     from shakerproc.recordings.si import quantity_of
 
-    controls, found = controls_of_seen(seen), {}
+    controls, uses = controls_of_seen(seen), {}
     channels = zip(seen.names, seen.units, seen.lengths, strict=True)
     for number, (name, unit, n) in enumerate(channels, 1):
         quantity = measures(name, unit)
@@ -253,8 +253,8 @@ def entries(seen: SeenRecording) -> dict[str, tuple[str, str]]:
         key, own = quoted(name), ""
         if seen.names.count(name) > 1:
             key, own = str(number), f", name: {quoted(f'{name} {number}')}"
-        found[key] = (f"{{role: {role}{own}{at}}}", note)
-    return found
+        uses[key] = (f"{{role: {role}{own}{at}}}", note)
+    return uses
 
 
 def unusual_channels(

@@ -117,10 +117,10 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
 
     def _repr_html_(self) -> str:
         table = self.to_pandas()
-        found = [table[table["is"] == word].drop(columns="is") for word in ("effect", "fault")]
+        tables = [table[table["is"] == word].drop(columns="is") for word in ("effect", "fault")]
         return "\n".join(
             html(heading, [], part)
-            for heading, part in zip(("Effects", "Faults"), found, strict=True)
+            for heading, part in zip(("Effects", "Faults"), tables, strict=True)
         )
 
 

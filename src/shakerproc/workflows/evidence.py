@@ -210,14 +210,14 @@ def decays_judged(
     new = updated_model(model, diagnosis)
     models = [model] if new is None else [new, model]
     try:
-        found = [
+        comparisons = [
             DecayComparison(one, tuple(decays_of(one, test) for test in measured))
             for one in models
         ]
     except ShakerprocError as error:
         warn(f"decays of the model are not shown: {error}")
         return None
-    return Decays(*found)
+    return Decays(*comparisons)
 
 
 def name_of_new(diagnosis: "Diagnosis") -> str:
@@ -235,8 +235,8 @@ def document(evidence: Evidence) -> dict[str, Any]:
     from shakerproc.comparison import document_of
 
     models, diagnosis = evidence.models, evidence.diagnosis
-    found = [{"what": a, "file": b, "sha256": c} for a, b, c in evidence.inputs]
-    out: dict[str, Any] = {"inputs": found}
+    inputs = [{"what": a, "file": b, "sha256": c} for a, b, c in evidence.inputs]
+    out: dict[str, Any] = {"inputs": inputs}
     if models is not None:
         out["compare"] = {text: document_of(c) for text, _, c in models.each}
     if diagnosis is not None:

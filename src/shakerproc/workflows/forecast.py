@@ -168,7 +168,7 @@ def forecast_log(
     say: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
-    """Return a forecast, with callbacks for progress and faulty channels; see `forecast`.
+    """Return a forecast, with callbacks for progress and faulty channels; see `result`.
 
     Raises
     ------
@@ -192,10 +192,10 @@ def forecast_log(
     usable = tests_of(replace(log, planned=()), model)
     usable.tell(warn)
     planned = list(log.planned) if level is None else _at_level(log, usable.tests, level)
-    found = forecast_tests(
+    result = forecast_tests(
         model, log, usable.tests, planned, wish=wish, earlier=earlier, seed=seed, say=say
     )
-    return Forecast(found)
+    return Forecast(result)
 
 
 def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Test]:
@@ -212,14 +212,14 @@ def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Tes
         loudest.test, id=f"{loudest.name} at {level}", recording=None, planned=True,
         hold_out=False, duration=loudest.test.duration or length,
     )  # fmt: skip
-    found = []
+    at_level = []
     for test in log.planned or (again,):
         try:
             value, unit = level_of(level, test.excitation)
         except ValueError as error:
             raise ArgumentError("level", str(error)) from error
-        found.append(replace(test, level=value, level_unit=unit, level_text=level))
-    return found
+        at_level.append(replace(test, level=value, level_unit=unit, level_text=level))
+    return at_level
 
 
 def earlier_document(folder: Path) -> dict[str, Any] | None:

@@ -49,7 +49,7 @@ def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
         "mode": [i + 1 for i in range(len(analysis.tracks))],
         "tests": [len(track.sightings) for track in analysis.tracks],
     }
-    found: dict[str, list[object]] = {
+    table: dict[str, list[object]] = {
         name: []
         for name in (
             "frequency_hz", "frequency_scatter_percent", "damping_percent",
@@ -60,18 +60,18 @@ def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
         f = np.array([tests[s.test].modes.frequency[s.mode] for s in track.sightings])
         z = np.array([tests[s.test].modes.damping[s.mode] for s in track.sightings])
         several = f.size > 1
-        found["frequency_hz"].append(float(f.mean()))
-        found["damping_percent"].append(float(100.0 * z.mean()))
+        table["frequency_hz"].append(float(f.mean()))
+        table["damping_percent"].append(float(100.0 * z.mean()))
         spread = [
             float(100.0 * v.std(ddof=1) / v.mean()) if several else np.nan for v in (f, z)
         ]
-        found["frequency_scatter_percent"].append(spread[0])
-        found["damping_scatter_percent"].append(spread[1])
+        table["frequency_scatter_percent"].append(spread[0])
+        table["damping_scatter_percent"].append(spread[1])
         shift = float(100.0 * (f[-1] / f[0] - 1.0)) if several else np.nan
-        found["frequency_first_to_last_percent"].append(shift)
+        table["frequency_first_to_last_percent"].append(shift)
         mac_values = [s.mac for s in track.sightings if s.mac is not None]
-        found["least_mac"].append(min(mac_values) if several and mac_values else np.nan)
-    return {**columns, **found}
+        table["least_mac"].append(min(mac_values) if several and mac_values else np.nan)
+    return {**columns, **table}
 
 
 def track_rows(analysis: ModalAnalysis) -> list[tuple[object, ...]]:

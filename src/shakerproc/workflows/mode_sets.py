@@ -134,11 +134,13 @@ def _holds_modes(path: Path) -> bool:
 
 def _is_universal_of_modes(content: bytes) -> bool:
     try:
-        found = list(data_sets(content))
-        records = any(record_of(content, one).is_recording for one in found if one.kind == 58)
+        uff_sets = list(data_sets(content))
+        records = any(
+            record_of(content, one).is_recording for one in uff_sets if one.kind == 58
+        )
     except UffError:
         return False  # the reader of recordings says where
-    return not records and any(one.kind == 55 for one in found)
+    return not records and any(one.kind == 55 for one in uff_sets)
 
 
 def convert_modes(source: Path, out: Path, options: ModeOptions) -> ConvertedModes:

@@ -104,8 +104,8 @@ class UpdatedModel(Shown):
         """Return the response functions of the model as it was and of the new one."""
         from shakerproc.workflows.comparison import compare_any
 
-        found = compare_any(self.model, self.log, before=self.known.model)
-        return found.plot()
+        comparison = compare_any(self.model, self.log, before=self.known.model)
+        return comparison.plot()
 
     def save(self, path: AnyPath, *, modes: bool = False) -> Path:
         """Write the new model file, comments and order of the old one kept.
@@ -304,7 +304,7 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
             f'expected numbers such as {{"clearance": "0.1 mm"}}, got {argument_text(given)}',
         )
     known = EFFECTS[effect].estimated()
-    found: dict[str, float | str] = {}
+    starts: dict[str, float | str] = {}
     for name, value in given.items():
         parameter = known.get(name)
         if parameter is None:
@@ -312,13 +312,13 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
                 "start", f"{effect} has no number {name!r}; it has {', '.join(known)}"
             )
         if parameter.choices or not isinstance(value, str):
-            found[name] = value
+            starts[name] = value
             continue
         try:
-            found[name] = to_si(value, parameter.unit)
+            starts[name] = to_si(value, parameter.unit)
         except ValueError as error:
             raise ArgumentError("start", f"{name}: {error}") from error
-    return found
+    return starts
 
 
 def scale_of(given: Any) -> Scale:

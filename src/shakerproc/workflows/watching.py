@@ -80,7 +80,7 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
 
     `now` is a time of the clock [s].
     """
-    found: dict[Path, tuple[FileStamp, float]] = {}
+    stamps: dict[Path, tuple[FileStamp, float]] = {}
     for path in paths:
         try:
             status = path.stat()
@@ -89,8 +89,8 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
         stamp = FileStamp(status.st_size, status.st_mtime_ns)
         if stamp.size:
             same = path in before and before[path][0] == stamp
-            found[path] = before[path] if same else (stamp, now)
-    return found
+            stamps[path] = before[path] if same else (stamp, now)
+    return stamps
 
 
 def finished_files(seen: Looked, settle: float, now: float) -> dict[Path, FileStamp]:

@@ -171,10 +171,10 @@ class GroupedCommands(typer.core.TyperGroup):
         width = formatter.width - 6 - max(map(len, self.commands), default=0)
         rows = {}
         for group, names in GROUPS.items():
-            found = ((name, self.get_command(ctx, name)) for name in names)
+            commands = ((name, self.get_command(ctx, name)) for name in names)
             rows[group] = [
                 (name, command.get_short_help_str(width))
-                for name, command in found
+                for name, command in commands
                 if command is not None
             ]
         _write(formatter, rows)

@@ -85,7 +85,7 @@ def add(
         scale = updated_model.scale_of(_pairs(scaled_by)) if scaled_by else None
     once = output.Once()
     with output.progress("add", 3) as advance:
-        found = updated_model.fitted_effect(
+        updated = updated_model.fitted_effect(
             Wanted(effect, places, numbers, scale),
             GivenModel(known.model, known),
             log,
@@ -94,13 +94,13 @@ def add(
             warn=once.warning,
         )
     if not force:
-        updated_model.check_gain(effect, found.added)
-    if found.added.worse:
-        output.warning(f"written although {found.added.worse}")
-    for note in found.added.notes:
+        updated_model.check_gain(effect, updated.added)
+    if updated.added.worse:
+        output.warning(f"written although {updated.added.worse}")
+    for note in updated.added.notes:
         once.message(note)
-    found.save(new, modes=modes)
-    _tell(effect, found.added, new, json)
+    updated.save(new, modes=modes)
+    _tell(effect, updated.added, new, json)
     output.next_step("see whether the error has fallen", "compare", new, testlog)
 
 

@@ -112,25 +112,25 @@ def compare(
         compared = compare_models(
             shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning
         )
-    found, measured = compared.found, [test.measured for test in compared.found.tests]
-    models = Models(found, old=shaken.title)
+    comparison, measured = compared.found, [test.measured for test in compared.found.tests]
+    models = Models(comparison, old=shaken.title)
     if compared.before is not None:
         names = _names((older or shaken).title, shaken.title, fit=fit)
-        models = Models(compared.before, found, *names)
+        models = Models(compared.before, comparison, *names)
     document = {
         **_provenance(documents[-2:]), **options.effects_of(effects), **compared.as_json()
     }  # fmt: skip
     evidence = Evidence(models, None, inputs_of(documents, measured), modes=compared.modes)
     with output.results(folder, "compare"):
-        page = _write(folder, found, document, campaign.title, evidence, figures=figures)
+        page = _write(folder, comparison, document, campaign.title, evidence, figures=figures)
         _write_modes(folder, compared.modes)
     output.write_json(document, json)
-    _print(found, folder, once)
+    _print(comparison, folder, once)
     _print_modes(compared.modes, folder)
-    output.data(sentence(found))
+    output.data(sentence(comparison))
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    messages.after_comparing(model, log, explained=explained(found))
+    messages.after_comparing(model, log, explained=explained(comparison))
 
 
 def _functions(
@@ -156,10 +156,10 @@ def _functions(
     model, model_hash = read_hashed(read_model, given[0])
     check_unscaled(model, "a comparison with response functions")
     compared = compare_file(model, given[1], at or [])
-    found = compared.found
+    comparison = compared.found
     inputs = [
         ("model", given[0].name, model_hash),
-        ("response functions", given[1].name, found.measured.sha256),
+        ("response functions", given[1].name, comparison.measured.sha256),
     ]
     with output.results(folder, "compare"):
         page = compared.write(folder, output.command(), inputs)
@@ -170,11 +170,11 @@ def _functions(
         title="Response functions, measured and of the model",
         elsewhere=str(folder / "functions.csv"),
     )
-    if found.modes is not None and mode_rows(found.modes):
-        _print_modes(found.modes, folder)
-    for note in found.notes:
+    if comparison.modes is not None and mode_rows(comparison.modes):
+        _print_modes(comparison.modes, folder)
+    for note in comparison.notes:
         output.message(f"note: {note}")
-    output.data(found.sentence)
+    output.data(comparison.sentence)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 

@@ -307,20 +307,20 @@ def coupon(
     described = _with_options(read_coupon(coupon), law, half_angle_deg, plane)
     if model is not None:
         _check_model(model, coupon, described, damping_ratio)
-    found = named_modes(described.coupon, count)
+    modes = named_modes(described.coupon, count)
     stated = _at_stated_radius(described, count)
     holes = [_static(described, axis) for axis in axes_of(described)] if static else []
     plays = _plays(described, temperature_c or [])
-    document = document_of(described, found, stated, holes, plays)
+    document = document_of(described, modes, stated, holes, plays)
     output.write_json(document, json)
-    print_modes(described, found, stated)
-    print_shells(document["shell_mesh_convergence"], found)
+    print_modes(described, modes, stated)
+    print_shells(document["shell_mesh_convergence"], modes)
     for hole in holes:
         print_static(described, hole)
     print_plays(plays)
     folder = output.out_folder(out, f"{coupon.stem}_modes")
     with output.results(folder, "modes"):
-        _write(folder, described, found, holes, document, figures=figures)
+        _write(folder, described, modes, holes, document, figures=figures)
     if model is not None:
         _write_model(model, described, holes, damping_ratio, model_modes, in_plane=in_plane)
     output.message(f"results in {folder}")

@@ -71,14 +71,14 @@ def diagnose(
     document = {**result.as_json(), **options.effects_of(effects)}
     output.write_json(document, json)
     decays = evidence.decays_judged(known, result, measured, once.warning)
-    found = evidence.Evidence(models, result, inputs, decays)
+    shown = evidence.Evidence(models, result, inputs, decays)
     with output.results(folder, "diagnose"):
         files.write_json(folder / "diagnosis.json", document)
         page = evidence.write_evidence(
             folder,
             log.title,
             f"{headline(result, log.active)} {result.sentence}".strip(),
-            found,
+            shown,
             command=output.command(),
         )
     output.message(f"results in {folder}, report: {page}")

@@ -81,7 +81,7 @@ def forecast(
     wish = NotchWish.asked(probability, edges_db_per_octave) if notch else None
     steps = 2 * len(log.tests) + (14 if notch else 4) * max(1, len(log.planned))
     with output.progress("forecast", steps) as advance, options.usage(level="--level"):
-        found = forecast_log(
+        result = forecast_log(
             known,
             log,
             level=level,
@@ -92,13 +92,13 @@ def forecast(
             warn=once.warning,
         )
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
-    measured = [run.measured for run in found.found.evidence.runs]
+    measured = [run.measured for run in result.found.evidence.runs]
     with output.results(folder, "forecast"):
         inputs = inputs_of(documents, measured)
-        page = write_forecast(folder, found, output.command(), inputs, figures=figures)
-    output.write_json({**found.as_json(), **options.effects_of(effects)}, json)
-    _print(found, folder)
-    for note in found.found.notes:
+        page = write_forecast(folder, result, output.command(), inputs, figures=figures)
+    output.write_json({**result.as_json(), **options.effects_of(effects)}, json)
+    _print(result, folder)
+    for note in result.found.notes:
         once.warning(note)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)

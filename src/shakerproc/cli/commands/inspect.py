@@ -60,8 +60,8 @@ def inspect(
             | {"notes": notes, "error": str(error)},
             json,
         )
-        for found in (one for one in groups if one.channels):
-            _show_group(found)
+        for group in (one for one in groups if one.channels):
+            _show_group(group)
         raise
 
 
@@ -99,10 +99,10 @@ def _show(
     )
     _summary(recording, path, fingerprint)
     _channels(recording, levels)
-    for found in groups:
+    for group in groups:
         if len(groups) > 1:
-            output.data(f"group {_described(found)}")
-        _measurements(found)
+            output.data(f"group {_described(group)}")
+        _measurements(group)
     for note in (*recording.notes, *unused_lines(recording.unused)):
         output.data(f"note: {note}")
     _health(flags, looked=health)

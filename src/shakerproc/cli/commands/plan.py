@@ -146,12 +146,12 @@ def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
 
     log = read_testlog(testlog)
     with output.progress("simulate", len(log.active)) as advance:
-        found = rehearse_campaign(
+        recordings = rehearse_campaign(
             read_model(model), log, Staging(),
             folder=folder, overwrite=True, advance=advance, warn=output.warning,
         )  # fmt: skip
     output.message(
-        f"{len(found)} recordings simulated: shakerproc batch {folder / testlog.name}"
+        f"{len(recordings)} recordings simulated: shakerproc batch {folder / testlog.name}"
     )
 
 
@@ -264,8 +264,8 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
         raise typer.BadParameter(
             "--temperature and --coupon go together", param_hint="--temperature"
         )
-    found = read_coupon(coupon)
-    if found.fit is None:
+    coupon_file = read_coupon(coupon)
+    if coupon_file.fit is None:
         raise typer.BadParameter(
             f"{coupon} has no joint: the bushing's size and material", param_hint="--coupon"
         )
@@ -275,7 +275,9 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
         raise typer.BadParameter(
             f"{temperature} is below absolute zero", param_hint="--temperature"
         )
-    return Warming(found.fit, found.coupon.thickness, kelvin - found.reference)
+    return Warming(
+        coupon_file.fit, coupon_file.coupon.thickness, kelvin - coupon_file.reference
+    )
 
 
 def _write(

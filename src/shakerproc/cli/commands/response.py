@@ -86,23 +86,25 @@ def response(
     check_result_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
-    found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
+    result = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
     _check_sensor(shaken, sensor)
     others = []
     if branches:
-        others = [b for main in found.branches for b in hb.branches_off(main, found.band)]
+        others = [b for main in result.branches for b in hb.branches_off(main, result.band)]
     for order in subharmonic or []:
-        others += hb.subharmonic_branches(found, order, harmonics=min(harmonics, 31))
+        others += hb.subharmonic_branches(result, order, harmonics=min(harmonics, 31))
     others = [hb.sharpened(branch) for branch in others]
-    free = _backbone(found, harmonics) if backbone else None
+    free = _backbone(result, harmonics) if backbone else None
     folder = output.out_folder(out, f"{model.stem}_response")
     with output.results(folder, "response"):
-        _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
-    document = _document(found, tuple(others), free)
+        _write(
+            result, tuple(others), free, folder, sensor if figures else None, figures=figures
+        )
+    document = _document(result, tuple(others), free)
     output.write_json(
         {**_provenance(model, digest, level), **options.effects_of(effects), **document}, json
     )
-    _print(found, tuple(others), level, sensor)
+    _print(result, tuple(others), level, sensor)
     output.message(f"results in {folder}")
 
 

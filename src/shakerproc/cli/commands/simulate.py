@@ -120,19 +120,21 @@ def simulate(
         shaken, model_hash = read_hashed(read_model, model)
         output.say_planned_tests(log)
         with output.progress("simulate", len(wanted or log.active)) as advance:
-            found = rehearse_campaign(
+            recordings = rehearse_campaign(
                 shaken, log, staging, folder=out, wanted=wanted, overwrite=overwrite,
                 advance=advance, warn=output.warning,
             )  # fmt: skip
     else:
         shaken, model_hash = read_hashed(read_model, model)
         one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
-        found = [one]
+        recordings = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
-    output.write_json({**_document(inputs, seed, found), **options.effects_of(effects)}, json)
-    _print(found, shaken.motion)
+    output.write_json(
+        {**_document(inputs, seed, recordings), **options.effects_of(effects)}, json
+    )
+    _print(recordings, shaken.motion)
     place = excitation.parent if out is None else out
-    output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
+    output.message(f"{len(recordings)} recording{'s' * (len(recordings) != 1)} below {place}")
 
 
 def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:

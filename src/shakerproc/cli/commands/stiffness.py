@@ -61,19 +61,19 @@ def stiffness(
             param_hint="--from-share",
         )
     specimens = _specimens(runs)
-    found = [
+    stiffnesses = [
         _of_specimen(pulled, last, sample, force_n, from_share, to_share)
         for pulled in specimens.values()
     ]
-    warnings = _warnings(found, last)
-    document = _document(found, list(specimens.values()), warnings, last, sample, force_n)
+    warnings = _warnings(stiffnesses, last)
+    document = _document(stiffnesses, list(specimens.values()), warnings, last, sample, force_n)
     output.write_json(document, json)
-    _print(found, last)
+    _print(stiffnesses, last)
     for text in warnings:
         output.warning(text)
     folder = output.out_folder(out, "stiffness_results")
     with output.results(folder, "stiffness"):
-        _write(folder, found, list(specimens.values()), document, last, figures=figures)
+        _write(folder, stiffnesses, list(specimens.values()), document, last, figures=figures)
     output.message(f"results in {folder}")
 
 

@@ -269,8 +269,8 @@ class Connection(AbstractHealthCheck):
 
     def _connected(self) -> NDArray[np.bool_]:
         """Return which channels share a motion with any other."""
-        found = [one.coherent(self._without_hum(one)) for one in self._averages]
-        return np.asarray(np.any(found, axis=0))
+        coherent = [one.coherent(self._without_hum(one)) for one in self._averages]
+        return np.asarray(np.any(coherent, axis=0))
 
     def _caught_enough(self) -> NDArray[np.bool_]:
         """Return which channels the pieces show as they are, and not between two blows."""

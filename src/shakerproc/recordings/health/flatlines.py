@@ -212,8 +212,8 @@ class Flatlines(AbstractHealthCheck):
             run for run in runs.long
             if run.length >= limit and run.start > 0 and not runs.is_rest(run)
         ]  # fmt: skip
-        found = self._tail(name, runs, usual) + self._inside(name, inside, often)
-        return [] if found and self._rests_after_a_shock(row, runs, limit) else found
+        runs_found = self._tail(name, runs, usual) + self._inside(name, inside, often)
+        return [] if runs_found and self._rests_after_a_shock(row, runs, limit) else runs_found
 
     def _rests_after_a_shock(self, row: int, runs: _ConstantRuns, limit: int) -> bool:
         """Return whether nothing but a shock comes before the first rest at exactly 0.

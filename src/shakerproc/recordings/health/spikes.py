@@ -170,8 +170,8 @@ def _spikes(
     if candidates.size > MOST:
         return {}, rough
     groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > WIDEST) + 1)
-    found = [_judge(samples, departure, group, ends) for group in groups]
-    return {first + at: height for at, height in found if height}, rough
+    judged = [_judge(samples, departure, group, ends) for group in groups]
+    return {first + at: height for at, height in judged if height}, rough
 
 
 def _limits(departure: FloatArray) -> FloatArray:

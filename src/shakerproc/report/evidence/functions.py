@@ -88,21 +88,21 @@ def _by_side(modes: ComparedModes, side: int) -> Iterator[tuple[ModePair, float]
 
 def _shapes(modes: ComparedModes) -> Iterator[PageFigure]:
     """Yield the shapes of each pair side by side, then those without a partner."""
-    found = modes.shapes
-    if found is None or len(found.points) < 2:
+    shapes = modes.shapes
+    if shapes is None or len(shapes.points) < 2:
         return
     for pair in sorted(modes.pairs, key=lambda pair: None in pair.rows)[:MOST_MODES]:
         alike = "" if pair.mac is None else f"MAC {pair.mac:.3f} at the sensors"
         for whose, hz, shape in zip(
             ("Test", "Model"),
             (pair.measured_hz, pair.model_hz),
-            found.of_pair(pair),
+            shapes.of_pair(pair),
             strict=True,
         ):
             if hz is None or shape is None:
                 continue
             title = f"{whose}: {hz:.5g} Hz"
-            drawing = moving_shape(found.geometry, shape, found.points, f"Shape, {title}")
+            drawing = moving_shape(shapes.geometry, shape, shapes.points, f"Shape, {title}")
             yield PageFigure(title, alike or "No partner.", drawing)
 
 

@@ -185,11 +185,11 @@ def _confidence(diagnosis: Diagnosis) -> list[str]:
 
 def _horizon(diagnosis: Diagnosis) -> str:
     """Return how far ahead the models of a diagnosis predict, as a sentence."""
-    found = diagnosis.errors.among.ahead_s
-    if not found:
+    ahead_s = diagnosis.errors.among.ahead_s
+    if not ahead_s:
         return "Free-run simulation of whole tests."
     return (
-        f"Free-run simulation of windows of {' and '.join(f'{numeral(s)} s' for s in found)}."
+        f"Free-run simulation of windows of {' and '.join(f'{numeral(s)} s' for s in ahead_s)}."
     )
 
 
@@ -263,13 +263,13 @@ def _open_questions(diagnosis: Diagnosis, models: Models | None) -> ReportSectio
     """Return the indistinguishable alternatives, and the test that would decide."""
     paragraphs = []
     same = [name.replace("_", " ") for name in diagnosis.indistinguishable]
-    found = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]
+    kinds = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]
     if same:
         paragraphs.append(
-            f"Cannot be told apart on these tests: {', '.join([*found, *same])}. Where the "
+            f"Cannot be told apart on these tests: {', '.join([*kinds, *same])}. Where the "
             "alternatives have numbers of their own, see above whether they differ."
         )
-    elif found:
+    elif kinds:
         paragraphs.append("No other candidate does as well on these tests.")
     rows = [
         (

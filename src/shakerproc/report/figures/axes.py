@@ -197,10 +197,10 @@ def _drawn(
 def _png(steps: NDArray[np.uint8]) -> bytes:
     from PIL import Image as Pictures
 
-    found = Pictures.fromarray(np.ascontiguousarray(steps))
-    found.putpalette(bytes.fromhex("".join(COLOURS).replace("#", "")))
+    image = Pictures.fromarray(np.ascontiguousarray(steps))
+    image.putpalette(bytes.fromhex("".join(COLOURS).replace("#", "")))
     file = io.BytesIO()
-    found.save(file, "PNG", optimize=True)
+    image.save(file, "PNG", optimize=True)
     return file.getvalue()
 
 

@@ -79,11 +79,11 @@ class ShownUnits:
 
     def label(self, label: str) -> tuple[str, float]:
         """Return a label with its unit in brackets at the end, and the factor to that unit."""
-        found = _LABEL.search(label)
-        if found is None:
+        match = _LABEL.search(label)
+        if match is None:
             return label, 1.0
-        unit, factor = self.unit(found[1])
-        return f"{label[: found.start()]}[{unit}]", factor
+        unit, factor = self.unit(match[1])
+        return f"{label[: match.start()]}[{unit}]", factor
 
     def text(self, text: str, kept: Sequence[str] = ()) -> str:
         """Return a sentence with its quantities in the units of the report.

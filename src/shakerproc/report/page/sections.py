@@ -163,11 +163,11 @@ def _ranges() -> Callable[..., range]:
 
     def bounded(*ends: int) -> range:
         nonlocal left
-        found = range(*ends)
-        left -= len(found)
+        made = range(*ends)
+        left -= len(made)
         if left < 0:
             raise OverflowError(f"ranges of more than {MAX_RANGE} items in one page")
-        return found
+        return made
 
     return bounded
 

@@ -138,12 +138,12 @@ def _without_label(plot: Plot) -> Plot:
 
 def time_signals(recording: Recording) -> "MatplotlibFigure":
     """Return every channel against time: the extremes of each of some thousand slices."""
-    found = envelope(recording.blocks(), recording.n_samples, recording.sample_rate)
+    extremes = envelope(recording.blocks(), recording.n_samples, recording.sample_rate)
     named = []
     for channel in recording.channels:
         unit, factor = read_unit(channel.unit)
         named.append((channel.name, unit, factor))
-    return _drawn(recording.run, found, named, recording.duration)
+    return _drawn(recording.run, extremes, named, recording.duration)
 
 
 def signals(
@@ -162,10 +162,10 @@ def signals(
     """
     rate = (time.size - 1) / float(time[-1]) if time.size > 1 else 1.0
     rows = np.stack([samples for _, _, samples in named])
-    found = envelope([rows], time.size, rate)
+    extremes = envelope([rows], time.size, rate)
     return _drawn(
         title,
-        found,
+        extremes,
         [(name, *USUAL.unit(unit)) for name, unit, _ in named],
         time.size / rate,
     )

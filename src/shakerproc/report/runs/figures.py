@@ -367,8 +367,8 @@ def psd(content: RunContent) -> Figure | None:
     """Return the density of every channel, two axes for each unit."""
     plots = [_density(content, unit) for unit in content.units if content.of("psd", unit)]
     height = 3.0 if len(plots) == 1 else 2.2
-    found = [replace(plot, height=height) for plot in plots]
-    return Figure("psd", found, _worth(content.run)) if found else None
+    resized = [replace(plot, height=height) for plot in plots]
+    return Figure("psd", resized, _worth(content.run)) if resized else None
 
 
 def _worth(run: RunSummary) -> str:
@@ -499,24 +499,29 @@ def _before_and_after(
 
 def spectrogram(content: RunContent) -> Figure | None:
     """Return the density of one channel against time and frequency."""
-    found = content.surface
-    if found is None:
+    surface = content.surface
+    if surface is None:
         return None
-    top = float(found.level.max())
+    top = float(surface.level.max())
     image = Image(
-        found.time, found.frequency, found.level, top - RANGE_DB, top, f"dB re 1 {found.unit}"
+        surface.time,
+        surface.frequency,
+        surface.level,
+        top - RANGE_DB,
+        top,
+        f"dB re 1 {surface.unit}",
     )
     plot = Plot(
         [],
-        Axis("time [s]", float(found.time[0]), float(found.time[-1])),
-        Axis("frequency [Hz]", 0.0, float(found.frequency[-1])),
+        Axis("time [s]", float(surface.time[0]), float(surface.time[-1])),
+        Axis("frequency [Hz]", 0.0, float(surface.frequency[-1])),
         title="Spectrogram",
-        caption=f"Density of {found.channel} in dB re 1 {found.unit}; of neighbouring cells "
-        "the largest.",
+        caption=f"Density of {surface.channel} in dB re 1 {surface.unit}; of neighbouring "
+        "cells the largest.",
         image=image,
         height=3.1,
     )
-    return Figure("spectrogram", [plot], f"spectrogram of {found.channel}")
+    return Figure("spectrogram", [plot], f"spectrogram of {surface.channel}")
 
 
 FIGURES: Final[Mapping[str, Callable[[RunContent], Figure | None]]] = MappingProxyType({

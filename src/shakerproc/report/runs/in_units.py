@@ -80,8 +80,8 @@ class RunContent:
 
     def of(self, kind: str, unit: str | None = None) -> list[RunCurve]:
         """Return the curves of a kind, those of channels of one unit if it is given."""
-        found = [curve for curve in self.curves if curve.kind == kind]
-        return [c for c in found if unit is None or self.unit_of(c.channel) == unit]
+        curves = [curve for curve in self.curves if curve.kind == kind]
+        return [c for c in curves if unit is None or self.unit_of(c.channel) == unit]
 
     def lines(self, kind: str, unit: str | None = None) -> list[Curve]:
         """Return the curves of a kind as lines, each in the style of its channel."""

@@ -404,18 +404,20 @@ def resonances(runs: Sequence[RunSummary], channel: str) -> ReportTable | None:
     Of |H1|; of the density where there is no control; of the response functions of blows. None
     without any.
     """
-    found = {run.test: list(_peaks(run, channel)) for run in runs if run.status == "done"}
-    most = max(map(len, found.values()), default=0)
+    peaks_by_test = {
+        run.test: list(_peaks(run, channel)) for run in runs if run.status == "done"
+    }
+    most = max(map(len, peaks_by_test.values()), default=0)
     if not most:
         return None
     rows = [
         [
             run.test,
             *(trends.shown(name, run.facts.get(name)) for name in FACTS),
-            *(found[run.test] + [""] * most)[:most],
+            *(peaks_by_test[run.test] + [""] * most)[:most],
         ]
         for run in runs
-        if run.test in found
+        if run.test in peaks_by_test
     ]
     heads = ("test", *(name.removesuffix("_m") for name in FACTS))
     return filled(

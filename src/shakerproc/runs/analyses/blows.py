@@ -42,19 +42,19 @@ class BlowAnalysis(AbstractAnalysis):
         del recording
         if result.over_time.blows is None:
             return None
-        found, rate = result.over_time.blows, result.recorded.sample_rate
-        rows = tuple(_row(i, blow, rate) for i, blow in enumerate(found.blows, 1))
+        blows, rate = result.over_time.blows, result.recorded.sample_rate
+        rows = tuple(_row(i, blow, rate) for i, blow in enumerate(blows.blows, 1))
         return Analysis(
             kind=self.kind,
-            title=f"Blows: {len(found.kept)} of {len(found.blows)} averaged",
+            title=f"Blows: {len(blows.kept)} of {len(blows.blows)} averaged",
             columns={name: [row[name] for row in rows] for name in rows[0]},
             summary=rows,
-            panels=(_pulses(found),),
+            panels=(_pulses(blows),),
             sentences=(
-                *_cut_text(found, 100.0 * result.spectra.added_damping(1.0)),
-                *_reach(result, found),
+                *_cut_text(blows, 100.0 * result.spectra.added_damping(1.0)),
+                *_reach(result, blows),
             ),
-            problems=tuple(_problems(found)),
+            problems=tuple(_problems(blows)),
         )
 
 

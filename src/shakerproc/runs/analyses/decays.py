@@ -125,7 +125,7 @@ def signature(trend: DecayTrend, readings: Sequence[DecayReading]) -> str:
 def law_words(trend: DecayTrend) -> str:
     """Return which laws would do that; empty where nothing changes."""
     shift = trend.shift if trend.shifts else 0.0
-    found = (
+    sentences = (
         (trend.law == -1, "A part of the damping goes as 1/amplitude: dry friction "
          "(coulomb_friction)."),
         (trend.law == 1, "A part of the damping goes as amplitude: a quadratic law "
@@ -137,7 +137,7 @@ def law_words(trend: DecayTrend) -> str:
         (shift < 0.0, "Softer at larger amplitude: a softening spring (cubic_stiffness)."),
         (trend.damps, "Damping changes with amplitude, and stiffness does not."),
     )  # fmt: skip
-    return next((text for holds, text in found if holds), "")
+    return next((text for holds, text in sentences if holds), "")
 
 
 @final

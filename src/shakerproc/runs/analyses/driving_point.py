@@ -26,16 +26,16 @@ class DrivingPointAnalysis(AbstractAnalysis):
         force, uses = lone_force(result.channels), uses_of(recording, result.test)
         if force is None or not uses:
             return None
-        found = [
+        shares = [
             (result.channels[row].name, _share(result, force, row, sense))
             for row, sense in _at_the_force(result, uses, force)
         ]
-        if not found:
+        if not shares:
             return None
         name = result.channels[force].name
         rows: tuple[dict[str, Cell], ...] = tuple(
             {"function": f"{sensor} / {name}", "power_in_percent": 100.0 * share}
-            for sensor, share in found
+            for sensor, share in shares
         )
         return Analysis(
             kind=self.kind,
@@ -45,7 +45,7 @@ class DrivingPointAnalysis(AbstractAnalysis):
             panels=(),
             sentences=("Power that the force feeds in where it acts, net over gross: 100 % if "
                        "all is the right way round.",),
-            problems=tuple(text for one in found if (text := _problem(name, *one))),
+            problems=tuple(text for one in shares if (text := _problem(name, *one))),
         )  # fmt: skip
 
 

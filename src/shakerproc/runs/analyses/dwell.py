@@ -71,14 +71,14 @@ class DwellAnalysis(AbstractAnalysis):
                 f"dwell: the control is a sine near {frequency:g} Hz in {len(known)} of "
                 f"{len(tones)} stretches; correct frequency or crop"
             )
-        found = _dwell(result, tones, n_samples)
+        dwell = _dwell(result, tones, n_samples)
         lost = len(tones) - len(known)
         return Analysis(
             kind=self.kind,
             title="Dwell",
-            columns=_columns(result, found),
-            summary=tuple(_row(result, k, found) for k in range(len(result.responses))),
-            panels=tuple(_panels(result, found)),
+            columns=_columns(result, dwell),
+            summary=tuple(_row(result, k, dwell) for k in range(len(result.responses))),
+            panels=tuple(_panels(result, dwell)),
             sentences=(
                 f"Read in stretches of {numeral(n_samples / result.recorded.sample_rate)} s; "
                 "drift is from the first tenth of them to the last.",

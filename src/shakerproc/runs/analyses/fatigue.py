@@ -31,7 +31,7 @@ class FatigueAnalysis(AbstractAnalysis):
         frequency = natural_frequencies(
             result, (wanted.low, wanted.high), wanted.per_octave, self.kind
         )
-        found = fatigue_spectra(
+        spectra = fatigue_spectra(
             offset_free(recording.select(rows), result, rows),
             result.recorded.sample_rate,
             frequency,
@@ -41,17 +41,17 @@ class FatigueAnalysis(AbstractAnalysis):
         names = [result.channels[i].name for i in rows]
         how = f"damping {100.0 * wanted.damping:g} %, exponent {wanted.exponent:g}"
         unit = f"(m/s)^{wanted.exponent:g}"
-        rms = found.acceleration / STANDARD_GRAVITY
+        rms = spectra.acceleration / STANDARD_GRAVITY
         return Analysis(
             kind=self.kind,
             title=f"Vibration response and fatigue damage spectra ({how})",
-            columns=_columns(found, names, wanted.exponent),
-            summary=tuple(_row(found, i, name, unit) for i, name in enumerate(names)),
+            columns=_columns(spectra, names, wanted.exponent),
+            summary=tuple(_row(spectra, i, name, unit) for i, name in enumerate(names)),
             panels=(
                 _panel("response", "Vibration response spectrum, absolute acceleration",
-                       "acceleration [g rms]", found.frequency, rms, names),
+                       "acceleration [g rms]", spectra.frequency, rms, names),
                 _panel("damage", f"Fatigue damage spectrum of pseudo-velocity, {how}",
-                       f"damage [{unit}]", found.frequency, found.damage, names),
+                       f"damage [{unit}]", spectra.frequency, spectra.damage, names),
             ),
         )  # fmt: skip
 

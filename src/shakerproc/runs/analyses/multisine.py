@@ -186,20 +186,20 @@ def sentence(
     if noise is None:
         parts = [f"{NAMES[one.kind]} {_percent(one.value)}" for one in shares.values()]
         return f"{where}: {', '.join(parts)} of the response (rms), with the noise in them."
-    found = [one for one in shares.values() if one.bands]
+    distorted = [one for one in shares.values() if one.bands]
     noise_text = f"noise {_percent(noise)}"
-    if not found:
+    if not distorted:
         most = max(one.limit for one in shares.values())
         return f"{where}: linear within {_percent(most)} of the response; {noise_text}."
     rest = [one for one in shares.values() if not one.bands]
     parts = [
         f"{NAMES[one.kind]} of {_percent(one.value)} of the response (rms), out of the noise "
         f"{_bands(one)}, {_percent(one.largest)} at {numeral(one.at, 4)} Hz"
-        for one in found
+        for one in distorted
     ]
     parts += [f"{NAMES[one.kind]} below {_percent(one.limit)}" for one in rest]
     parts.append(noise_text)
-    hints = [HINTS[one.kind] for one in found if one.kind in HINTS]
+    hints = [HINTS[one.kind] for one in distorted if one.kind in HINTS]
     return f"{where}: {'; '.join(parts)}.{f' {_first_upper(hints)}.' if hints else ''}"
 
 

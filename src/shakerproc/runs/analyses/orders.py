@@ -64,19 +64,19 @@ class OrderAnalysis(AbstractAnalysis):
             for i, channel in enumerate(result.channels)
             if not is_called(channel, wanted.tachometer)
         ]
-        found = _tracked(recording.select(rows), result, wanted, shaft)
+        tracked = _tracked(recording.select(rows), result, wanted, shaft)
         labels = [f"order {order:g}" for order in wanted.track]
-        slowest, fastest = found.speed.min(), found.speed.max()
+        slowest, fastest = tracked.speed.min(), tracked.speed.max()
         return Analysis(
             kind=self.kind,
             title=f"Orders against the speed of {wanted.tachometer}",
-            columns=_columns(result, rows, labels, found),
+            columns=_columns(result, rows, labels, tracked),
             summary=tuple(
-                _row(result, row, label, found, (i, j))
+                _row(result, row, label, tracked, (i, j))
                 for i, row in enumerate(rows)
                 for j, label in enumerate(labels)
             ),
-            panels=(_speed(found), *_panels(result, rows, labels, found)),
+            panels=(_speed(tracked), *_panels(result, rows, labels, tracked)),
             sentences=(
                 f"Speed {slowest:.5g} to {fastest:.5g} rev/min, "
                 f"{shaft.revolutions:.5g} revolutions.",

@@ -52,7 +52,7 @@ def _rows(result: RunResult, pair: ChannelPair) -> Iterator[dict[str, Cell]]:
     cross, wanted = pair.cross, result.test.processing.peaks
     gain = spectra.masked(np.abs(pair.h1), pair.excited)
     errors = _errors(result, pair)
-    found = spectra.find_peaks(
+    peaks = spectra.find_peaks(
         cross.frequency,
         gain,
         result.band,
@@ -60,7 +60,7 @@ def _rows(result: RunResult, pair: ChannelPair) -> Iterator[dict[str, Cell]]:
         count=wanted.count or (1 if errors is None else None),
         errors=errors,
     )
-    for peak in sorted(found, key=lambda one: one.frequency):
+    for peak in sorted(peaks, key=lambda one: one.frequency):
         read = spectra.damping_of_response(
             cross, pair.inputs, pair.row, peak.frequency, result.band
         )

@@ -41,17 +41,17 @@ class ShockAnalysis(AbstractAnalysis):
             result, (wanted.low, wanted.high), wanted.per_octave, self.kind
         )
         blocks = offset_free(recording.select(rows), result, rows)
-        found = shock_spectra(blocks, result.recorded.sample_rate, frequency, wanted.damping)
+        spectra = shock_spectra(blocks, result.recorded.sample_rate, frequency, wanted.damping)
         names = [result.channels[i].name for i in rows]
         return Analysis(
             kind=self.kind,
             title=f"Shock response spectra, damping {100.0 * wanted.damping:g} %",
-            columns=_columns(found, names),
-            summary=tuple(_row(found, row, name) for row, name in enumerate(names)),
+            columns=_columns(spectra, names),
+            summary=tuple(_row(spectra, row, name) for row, name in enumerate(names)),
             panels=(
-                _maximax(found, names),
-                _primary_and_residual(found, names, _loudest(result, rows)),
-                _four_coordinates(found, names),
+                _maximax(spectra, names),
+                _primary_and_residual(spectra, names, _loudest(result, rows)),
+                _four_coordinates(spectra, names),
             ),
         )
 

@@ -282,7 +282,7 @@ def _row(run: _LevelRun, cells: Cells, parts: Sequence[RecordPart], i: int) -> d
     chosen = [np.arange(a, b) for a, b in _cells_in(parts, one)]
     seen = np.concatenate([*chosen, np.zeros(0, dtype=np.int64)]).astype(np.int64)
     shocks = sum(p.kind == "shock" and one.first <= p.first < one.stop for p in parts)
-    found: dict[str, Cell] = {
+    cell_values: dict[str, Cell] = {
         "part": float(i + 1),
         "kind": one.kind,
         "start_s": run.start + one.first * seconds,
@@ -293,10 +293,10 @@ def _row(run: _LevelRun, cells: Cells, parts: Sequence[RecordPart], i: int) -> d
     for row, name in enumerate(run.names):
         peak, square = cells.peak[row, seen], cells.mean_square[row, seen]
         known = seen.size > 0
-        found[f"peak_{name}_g"] = float(peak.max()) / STANDARD_GRAVITY if known else None
+        cell_values[f"peak_{name}_g"] = float(peak.max()) / STANDARD_GRAVITY if known else None
         rms = float(np.sqrt(square.mean())) if known else None
-        found[f"rms_{name}_g"] = None if rms is None else rms / STANDARD_GRAVITY
-    return found
+        cell_values[f"rms_{name}_g"] = None if rms is None else rms / STANDARD_GRAVITY
+    return cell_values
 
 
 def _shocks(
@@ -313,8 +313,8 @@ def _shocks(
     highest = sorted(shocks, key=lambda i: -cells.peak[:, parts[i].first : parts[i].stop].max())
     for i in sorted(highest[:MOST_SPECTRA]):
         samples = run.blocks(*run.samples_of(parts[i], cells.length))
-        found = shock_spectra(samples, cells.sample_rate, frequency, asked.damping)
-        maximax = found.values["absolute_acceleration"]["maximax"]
+        spectra_of_shocks = shock_spectra(samples, cells.sample_rate, frequency, asked.damping)
+        maximax = spectra_of_shocks.values["absolute_acceleration"]["maximax"]
         yield PartSpectrum(i + 1, parts[i].kind, frequency, maximax)
 
 
@@ -325,9 +325,9 @@ def _vibration(
     vibration = [i for i, part in enumerate(parts) if part.kind != "shock"]
     longest = sorted(vibration, key=lambda i: parts[i].first - parts[i].stop)
     for i in sorted(longest[:MOST_SPECTRA]):
-        found = _density(run, cells, _calm(parts, parts[i]))
-        if found is not None:
-            yield PartSpectrum(i + 1, parts[i].kind, run.result.spectra.frequency, found)
+        density = _density(run, cells, _calm(parts, parts[i]))
+        if density is not None:
+            yield PartSpectrum(i + 1, parts[i].kind, run.result.spectra.frequency, density)
 
 
 def _density(
@@ -339,13 +339,13 @@ def _density(
     for first, stop in pieces:
         if (stop - first) * length < spectra.segment:
             continue
-        found = cross_spectra(
+        cross = cross_spectra(
             run.blocks(first * length, stop * length), cells.sample_rate,
             segment=spectra.segment, overlap=spectra.overlap, window=spectra.window,
             n_fft=spectra.n_fft, detrend=spectra.detrend,
         )  # fmt: skip
-        total += found.n_segments * psd(found)
-        averages += found.n_segments
+        total += cross.n_segments * psd(cross)
+        averages += cross.n_segments
     return total / averages if averages else None
 
 

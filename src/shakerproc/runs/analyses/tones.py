@@ -144,7 +144,7 @@ def tones_taken_out(
         raise SpectrumError(
             "sine on random: no channel measures its tones; give one the role control"
         )
-    found = mixed_tones(
+    mixed = mixed_tones(
         lambda start, stop: recording.samples(crop.start + start, crop.start + stop),
         crop.n_samples,
         recording.sample_rate,
@@ -152,9 +152,9 @@ def tones_taken_out(
         frequency=_places(recording, crop, test, controls),
         stretch=test.processing.welch.segment,
     )
-    source = _WithoutTones(recording, found, crop.start)
+    source = _WithoutTones(recording, mixed, crop.start)
     rows = tuple(range(len(recording.channels)))
-    return found, replace(recording, source=source, rows=rows)
+    return mixed, replace(recording, source=source, rows=rows)
 
 
 def _places(

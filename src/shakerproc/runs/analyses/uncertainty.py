@@ -96,8 +96,8 @@ def peak_budgets(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]
     """
     for i in range(len(result.channels)) if is_random(result) else ():
         density = _density(result, quiet, i)
-        for found in result.averages.psd_peaks[i]:
-            yield from _of_peak(result, density, found)
+        for peak in result.averages.psd_peaks[i]:
+            yield from _of_peak(result, density, peak)
     for row, i in enumerate(result.responses):
         if result.averages.against is not None and result.averages.response_peaks[i]:
             unit, factor = shown_ratio(*result.units_of_response(i))
@@ -107,10 +107,10 @@ def peak_budgets(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]
                 result.averages.against.coherence[row],
                 over_mean(i, result.controls),
             )  # fmt: skip
-            for found in result.averages.response_peaks[i]:
-                yield from _of_peak(result, function, found)
-    for function, found in _resonances(result):
-        yield from _of_peak(result, function, found)
+            for peak in result.averages.response_peaks[i]:
+                yield from _of_peak(result, function, peak)
+    for function, peak in _resonances(result):
+        yield from _of_peak(result, function, peak)
 
 
 def _density(result: RunResult, quiet: QuietPart | None, i: int) -> _Spectrum:

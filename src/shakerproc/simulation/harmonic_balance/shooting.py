@@ -80,10 +80,10 @@ def periodic_orbit(
     omega = 2.0 * np.pi * frequency
     for _ in range(20):
         try:
-            found = _round_from_state(model, given, state)
-            sizes = _sizes(found, omega)
+            response = _round_from_state(model, given, state)
+            sizes = _sizes(response, omega)
             monodromy = _differences(model, given, state, sizes)
-            step = np.linalg.solve(np.eye(state.size) - monodromy, _end(found) - state)
+            step = np.linalg.solve(np.eye(state.size) - monodromy, _end(response) - state)
         except (SimulationError, np.linalg.LinAlgError):
             return None
         correction = float(np.max(np.abs(step / sizes)))
@@ -188,7 +188,7 @@ def polished(model: Model, level: float, branch: Branch) -> Branch:
     branch : Branch
         Its motions by harmonic balance.
     """
-    unknowns, found = branch.unknowns.copy(), branch.multipliers.copy()
+    unknowns, floquet_multipliers = branch.unknowns.copy(), branch.multipliers.copy()
     stable = branch.stable.copy()
     for i in range(branch.frequency.size):
         orbit = _orbit(model, level, branch, i)
@@ -198,9 +198,9 @@ def polished(model: Model, level: float, branch: Branch) -> Branch:
         exact = branch.balance.real(coefficients)
         if np.linalg.norm(exact - unknowns[i]) < NEAR * np.linalg.norm(exact):
             unknowns[i] = exact
-            found[i] = multipliers(orbit.monodromy)
-            stable[i] = bool(np.abs(found[i, 0]) <= 1.0 + NEUTRAL)
-    return replace(branch, unknowns=unknowns, multipliers=found, stable=stable)
+            floquet_multipliers[i] = multipliers(orbit.monodromy)
+            stable[i] = bool(np.abs(floquet_multipliers[i, 0]) <= 1.0 + NEUTRAL)
+    return replace(branch, unknowns=unknowns, multipliers=floquet_multipliers, stable=stable)
 
 
 def _orbit(model: Model, level: float, branch: Branch, point: int) -> Orbit | None:

@@ -304,8 +304,10 @@ def _law(amplitude: FloatArray, damping: FloatArray, errors: FloatArray) -> int:
     explained = {}
     for power in (-1, 1):
         design = np.stack([np.ones(amplitude.size), amplitude**power], axis=1)
-        found, *_ = np.linalg.lstsq(design * root[:, np.newaxis], damping * root, rcond=None)
-        squares = float(weights @ (damping - design @ found) ** 2)
-        explained[power] = 1.0 - squares / whole if found[1] > 0.0 else 0.0
+        weights_of_law, *_ = np.linalg.lstsq(
+            design * root[:, np.newaxis], damping * root, rcond=None
+        )
+        squares = float(weights @ (damping - design @ weights_of_law) ** 2)
+        explained[power] = 1.0 - squares / whole if weights_of_law[1] > 0.0 else 0.0
     best = max(explained, key=lambda power: explained[power])
     return best if explained[best] >= EXPLAINED_SHARE else 0

@@ -102,8 +102,10 @@ class Smearing:
     def __call__(self, distance: FloatArray) -> FloatArray:
         """Return the amplitude of the window's spectrum so far from its middle [Hz^-1/2]."""
         place = np.abs(distance) / self.step
-        found = np.interp(place, np.arange(self.amplitude.size), self.amplitude, right=0.0)
-        return np.asarray(found, dtype=np.float64)
+        interpolated = np.interp(
+            place, np.arange(self.amplitude.size), self.amplitude, right=0.0
+        )
+        return np.asarray(interpolated, dtype=np.float64)
 
     def noise_correlation(self, n_bins: int) -> FloatArray:
         """Return how errors by noise are correlated over so many bins, (n_bins,)."""

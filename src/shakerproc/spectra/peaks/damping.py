@@ -347,7 +347,7 @@ def _damping(
     added = (spectra.decay_rate or 0.0) / np.pi  # width that a window of decays adds [Hz]
     narrowed = 0.5 * added / float(spectra.frequency[peak])
     readable = reading[0] - narrowed if reading and width >= least else None
-    found: FittedModes | None = None
+    fitted: FittedModes | None = None
     for _ in range(3):
         reach = min(max(REACH_WIDTHS * width, REACH_BINS), MOST_BINS)
         # one blow has a coherence of 1 and no error by which a neighbour could be weighed
@@ -355,14 +355,14 @@ def _damping(
         bins, inside = bins_around(data, usable, maxima, peak, reach, width=weighed)
         if bins.size < LEAST_BINS:
             break
-        found = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
-        wanted = 2.0 * float(found.fit.ratio[0] * found.fit.frequency[0]) / spectra.bin_width
+        fitted = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
+        wanted = 2.0 * float(fitted.fit.ratio[0] * fitted.fit.frequency[0]) / spectra.bin_width
         wanted += added / spectra.bin_width
         if reach > REACH_WIDTHS * min(wanted, MOST_BINS / REACH_WIDTHS) * 0.8:
             break
         width = min(wanted, 4.0 * reach)
     lit = np.inf if spectra.decay_rate is not None else float(data.lit_segments[peak])
-    return _judged(spectra, found, peak, lit, readable)
+    return _judged(spectra, fitted, peak, lit, readable)
 
 
 def _judged(

@@ -166,7 +166,7 @@ def fit_modes(
     begin = np.clip(start, lower + 1e-9, upper - 1e-9)
     try:
         with np.errstate(invalid="raise", divide="raise"):
-            found = scipy.optimize.least_squares(
+            optimum = scipy.optimize.least_squares(
                 problem.residual,
                 begin,
                 problem.jacobian,
@@ -179,7 +179,9 @@ def fit_modes(
             )
     except FloatingPointError:  # no slope at all: a channel that is a multiple of the control
         return problem.solved(begin, converged=False)
-    return problem.solved(found.x, converged=found.status > 0 and not found.active_mask.any())
+    return problem.solved(
+        optimum.x, converged=optimum.status > 0 and not optimum.active_mask.any()
+    )
 
 
 def best_ratio(

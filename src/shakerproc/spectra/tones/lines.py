@@ -316,12 +316,12 @@ def _readings(
     rows = np.concatenate([np.ones((1, stretch)), waves.real, waves.imag])
     solve = np.linalg.inv(rows @ rows.T) @ rows
     n = places.size
-    found = []
+    readings = []
     for k in range(count):
         weights = read(k * stretch, (k + 1) * stretch) @ solve.T
         back = np.exp(-2j * np.pi * places / sample_rate * (k * stretch))
-        found.append((weights[:, 1 : n + 1] - 1j * weights[:, n + 1 :]) * back)
-    return np.array(found)
+        readings.append((weights[:, 1 : n + 1] - 1j * weights[:, n + 1 :]) * back)
+    return np.array(readings)
 
 
 def _offsets(mean: ComplexArray, length: float) -> FloatArray:

@@ -311,6 +311,6 @@ def order_amplitudes(
     weight = np.sin(np.pi * share)  # its square is the Hann window
     turning = np.exp(2j * np.pi * orders[:, np.newaxis] * angle)
     basis = np.vstack([np.ones_like(angle), turning.real, -turning.imag])
-    found = np.linalg.lstsq((basis * weight).T, (samples * weight).T, rcond=None)[0]
+    amplitudes = np.linalg.lstsq((basis * weight).T, (samples * weight).T, rcond=None)[0]
     n = orders.size
-    return np.asarray(found[1 : n + 1].T + 1j * found[n + 1 :].T)
+    return np.asarray(amplitudes[1 : n + 1].T + 1j * amplitudes[n + 1 :].T)

@@ -127,11 +127,11 @@ def _tallest(rate: float, frequency: float, damping_ratio: float) -> tuple[float
     shifts = np.linspace(0.0, late, 400)
     start = int(np.argmax(height(shifts)))
     bounds = shifts[max(start - 1, 0)], shifts[min(start + 1, shifts.size - 1)]
-    found = scipy.optimize.minimize_scalar(
+    optimum = scipy.optimize.minimize_scalar(
         lambda shift: -float(height(shift)), bounds=bounds, method="bounded",
         options={"xatol": 1e-9 * width},
     )  # fmt: skip
-    return float(-found.fun), float(found.x)
+    return float(-optimum.fun), float(optimum.x)
 
 
 def swept_peak(rate: float, frequency: float, damping_ratio: float) -> float:
@@ -215,13 +215,13 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
     passage = _passage(sweep, channel)
     if passage is None:
         return None
-    found = _fitted(passage)
-    residual, weights = passage.solved(found.x)
+    fit = _fitted(passage)
+    residual, weights = passage.solved(fit.x)
     misfit = float(np.sqrt(np.mean(np.abs(residual) ** 2)) / passage.height)
-    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE_SHARE:
+    if fit.status <= 0 or fit.active_mask.any() or misfit > UNLIKE_SHARE:
         return None
-    natural, ratio = (float(value) for value in np.exp(found.x))
-    half = _half_width(found, residual.size)
+    natural, ratio = (float(value) for value in np.exp(fit.x))
+    half = _half_width(fit, residual.size)
     if half > UNSURE:
         return None
     near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))

@@ -505,7 +505,7 @@ def _sweep(
     frequency = omega * sample_rate / (2.0 * np.pi)
     beyond = number[:, np.newaxis] * frequency * (1.0 + 2.0 / periods) > sample_rate / 2.0
     harmonics[:, beyond] = np.nan
-    found = Sweep(
+    sweep = Sweep(
         direction="up" if frequency[-1] > frequency[0] else "down",
         time=position / sample_rate,
         frequency=frequency,
@@ -514,7 +514,7 @@ def _sweep(
         purity=0.5 * np.abs(control) ** 2 / np.maximum(power[-1], 1e-300),
         harmonics=harmonics,
     )
-    return _selected(found, found.control > QUIET * found.control.max())
+    return _selected(sweep, sweep.control > QUIET * sweep.control.max())
 
 
 def _with_mean(read: SampleReader, controls: list[int]) -> SampleReader:

@@ -92,9 +92,9 @@ def cross_spectra(
         sums.add(block)
     matrix, density = sums.finish()
     scale = sample_rate * sums.n_segments * float(weights @ weights)
-    for found in (matrix, density):  # in place: of all pairs of many channels it is large
-        np.divide(found, scale, out=found)
-        found[..., 1 : (length + 1) // 2] *= 2.0
+    for accumulated in (matrix, density):  # in place: of all pairs of many channels it is large
+        np.divide(accumulated, scale, out=accumulated)
+        accumulated[..., 1 : (length + 1) // 2] *= 2.0
     return CrossSpectra(
         frequency=np.array(np.fft.rfftfreq(length, 1.0 / sample_rate), dtype=np.float64),
         matrix=matrix,

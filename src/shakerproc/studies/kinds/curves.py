@@ -140,7 +140,7 @@ class ResponseKind(AbstractKind):
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         low, high = self._band(study, run)
-        found = frequency_response(
+        result = frequency_response(
             model,
             run.level,
             from_hz=low,
@@ -149,7 +149,7 @@ class ResponseKind(AbstractKind):
         )
         severity = max(gap_severity(model, run.level).values(), default=np.nan)
         tables = []
-        for number, branch in enumerate(found.branches, start=1):
+        for number, branch in enumerate(result.branches, start=1):
             size = branch.frequency.size
             first = samples_of_branch(branch, 512)[:, 0]
             tables.append({
@@ -167,8 +167,8 @@ class ResponseKind(AbstractKind):
             {
                 "peak_hz": float(columns["frequency_hz"][tallest]),
                 "peak_m": float(steady[tallest]),
-                "folds": float(sum(len(branch.folds) for branch in found.branches)),
-                "difference_from_simulation": difference_from_simulation(found),
+                "folds": float(sum(len(branch.folds) for branch in result.branches)),
+                "difference_from_simulation": difference_from_simulation(result),
             },
         )
 
@@ -219,17 +219,17 @@ class BackboneKind(AbstractKind):
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         if job.model is None:
             raise ValueError("a backbone needs a model")
-        found = backbone(
+        curve = backbone(
             job.model,
             self._amplitudes(study),
             harmonics=int(study.option("harmonics", 31)),
         )
-        rising = found.frequency[np.argsort(found.amplitude, kind="stable")]
+        rising = curve.frequency[np.argsort(curve.amplitude, kind="stable")]
         return JobFinding(
             {
-                "frequency_hz": found.frequency,
-                "amplitude_m": found.amplitude,
-                "damping_ratio": found.damping_ratio,
+                "frequency_hz": curve.frequency,
+                "amplitude_m": curve.amplitude,
+                "damping_ratio": curve.damping_ratio,
             },
             {
                 "first_hz": float(rising[0]),

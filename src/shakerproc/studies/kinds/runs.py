@@ -324,16 +324,16 @@ class Spectra(AbstractKind):
             }
 
         motion, values, errors = read_run(model, run, study.measure.ensemble, read)
-        found = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
-        shown = found.frequency <= (study.measure.to_hz or np.inf)
+        lines = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
+        shown = lines.frequency <= (study.measure.to_hz or np.inf)
         columns = {
-            "frequency_hz": found.frequency[shown],
-            "density": found.density[shown],
-            "bin_width_hz": np.full(int(shown.sum()), found.bin_width),
+            "frequency_hz": lines.frequency[shown],
+            "density": lines.density[shown],
+            "bin_width_hz": np.full(int(shown.sum()), lines.bin_width),
         }
-        finest = {"peak_frequency_hz": found.bin_width, "half_energy_bins": 1.0}
+        finest = {"peak_frequency_hz": lines.bin_width, "half_energy_bins": 1.0}
         if forcing > 0.0:
-            finest["peak_over_forcing"] = found.bin_width / forcing
+            finest["peak_over_forcing"] = lines.bin_width / forcing
         return JobFinding(columns, values, {**finest, **errors})
 
     def drawing(
@@ -399,19 +399,19 @@ class SpectrogramKind(AbstractKind):
             motion = simulated(model, run)
             samples = motion.of(study.measure.of)
             quantities = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
-        found = spectrogram(
+        surface = spectrogram(
             samples[None], run.sample_rate, segment=int(study.option("segment", 256))
         )
-        shown = found.frequency <= study.option("to", np.inf)
-        density = found.density[0][shown]
+        shown = surface.frequency <= study.option("to", np.inf)
+        density = surface.density[0][shown]
         columns = {
-            "time_s": np.tile(found.time, int(shown.sum())),
-            "frequency_hz": np.repeat(found.frequency[shown], found.time.size),
+            "time_s": np.tile(surface.time, int(shown.sum())),
+            "frequency_hz": np.repeat(surface.frequency[shown], surface.time.size),
             "density": density.ravel(),
         }
-        tallest = found.frequency[shown][np.argmax(density, axis=0)]
-        ridge = _ridge(found.time, tallest, samples.size / run.sample_rate)
-        finest = dict.fromkeys(ridge, float(found.frequency[1] - found.frequency[0]))
+        tallest = surface.frequency[shown][np.argmax(density, axis=0)]
+        ridge = _ridge(surface.time, tallest, samples.size / run.sample_rate)
+        finest = dict.fromkeys(ridge, float(surface.frequency[1] - surface.frequency[0]))
         return JobFinding(columns, {**ridge, **quantities}, finest)
 
     def drawing(
