@@ -255,7 +255,7 @@ def _with_shaft(whole: Recording, result: RunResult) -> RunResult:
 
 
 def _facts_of(whole: Recording, recording: Recording, test: Test) -> RecordingFacts:
-    """Return what is known of a recording; `whole` has the tachometers, too."""
+    """Return the facts of a recording; `whole` has the tachometers, too."""
     return RecordingFacts(
         run=recording.run,
         sample_rate=recording.sample_rate,
