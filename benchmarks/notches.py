@@ -49,7 +49,7 @@ def campaign(seed: int, text: str) -> Kept:
     log = replace(own.log, limits=(Limit("response", name, "peak", most, unit, (name,)),))
     planned = replace(planned_test(log.tests[2], drawn, ABOVE_DB), duration=SECONDS)
     (one,) = forecast_tests(own.model, log, own.tests, [planned], wish=NotchWish()).tests
-    found = one.notch.found if one.notch else None
+    found = one.notch.notched if one.notch else None
     if found is None or found.test.profile is None:
         return Kept(one.notch.why_none if one.notch else "no plan")
     profile = found.test.profile

@@ -47,7 +47,7 @@ def as_process_reads_it(samples: np.ndarray) -> Damping | None:
     test = Test("simulated", excitation="random", from_hz=5.0, to_hz=2000.0)
     test = replace(test, processing=replace(test.processing, crop=None))
     recording = recording_of_arrays("simulated", channels, samples, RATE)
-    peaks = process_recording(recording, test).response_peaks[1]
+    peaks = process_recording(recording, test).averages.response_peaks[1]
     return peaks[0].damping if peaks else None
 
 

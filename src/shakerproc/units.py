@@ -450,32 +450,32 @@ def _folded(word: str) -> str:
     return re.sub(r"[\s_-]+", " ", word.casefold()).strip()
 
 
-def _expected(unit: str, found: object) -> str:
+def _expected(unit: str, value: object) -> str:
     if unit in {"1", "%"}:
         kind = "a number, or one with %,"
     else:
         kind = f"a number with a unit of {unit},"
-    return f"expected {kind} such as {example(unit)}, got {quoted(found)}"
+    return f"expected {kind} such as {example(unit)}, got {quoted(value)}"
 
 
-def quoted(found: object) -> str:
+def quoted(value: object) -> str:
     """Return how a message shows a value of a file: short and without control characters."""
-    if isinstance(found, str):
-        text = found if len(found) <= 60 else found[:57] + "..."
+    if isinstance(value, str):
+        text = value if len(value) <= 60 else value[:57] + "..."
         return '"' + "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text) + '"'
-    if found is None:
+    if value is None:
         return "nothing"
-    if isinstance(found, bool):
-        return str(found).lower()
-    if isinstance(found, dict):
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
         return "a mapping"
-    return "a list" if isinstance(found, list) else str(found)
+    return "a list" if isinstance(value, list) else str(value)
 
 
-def _advice_for_number(found: object, unit: str) -> str:
-    if isinstance(found, bool) or not isinstance(found, int | float):
+def _advice_for_number(value: object, unit: str) -> str:
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return ""
-    return f"; write it with its unit, as {found} {example(unit).partition(' ')[2]}"
+    return f"; write it with its unit, as {value} {example(unit).partition(' ')[2]}"
 
 
 def _split(text: str, unit: str) -> tuple[float, str]:
@@ -600,10 +600,10 @@ def _scale_and_dimensions(parsed: Any) -> tuple[float, dict[str, float]]:
 def _name_of(symbol: str, reading: str) -> str:
     """Return the registry's name of a symbol that means one thing here and another there."""
     gravity = "gram" if reading == "gram" else "g_n"
-    own = {"g": gravity, "mg": f"(0.001*{gravity})", "kg": "(1000*gram)", "%": "0.01"}
+    names = {"g": gravity, "mg": f"(0.001*{gravity})", "kg": "(1000*gram)", "%": "0.01"}
     if reading == "turning":  # a speed of rotation, where rpm else is a frequency
-        own["rpm"] = "(revolution/minute)"
-    return own.get(symbol, symbol)
+        names["rpm"] = "(revolution/minute)"
+    return names.get(symbol, symbol)
 
 
 def _not_written(unit: str) -> str:

@@ -48,10 +48,10 @@ def test_init_leaves_a_log_and_a_model_that_are_read(campaign):
 def test_the_play_of_the_example_shows_in_its_level(campaign):
     log = read_testlog(campaign / "testlog.yaml")
     quiet, loud = process_test(log, log.tests[0]), process_test(log, log.tests[2])
-    peaks = [run.psd_peaks[2][0].peak.frequency for run in (quiet, loud)]
+    peaks = [run.averages.psd_peaks[2][0].peak.frequency for run in (quiet, loud)]
     assert peaks[1] > 1.05 * peaks[0]
     assert quiet.flags == ()
-    assert loud.measured_level.value == pytest.approx(log.tests[2].level, rel=0.1)
+    assert loud.averages.measured_level.value == pytest.approx(log.tests[2].level, rel=0.1)
 
 
 @pytest.mark.slow

@@ -55,8 +55,8 @@ def test_bounds_hold_the_true_stiffness_95_times_in_100():
 def test_runs_that_still_stiffen_are_not_settled():
     rising = [spring(k, noise=0.1, seed=i) for i, k in enumerate((2.0e6, 2.3e6, 2.6e6))]
     steady = [spring(2.6e6, noise=0.1, seed=i) for i in range(3)]
-    assert not joint_stiffness(rising).settled
-    assert joint_stiffness(steady).settled
+    assert not joint_stiffness(rising).converged
+    assert joint_stiffness(steady).converged
 
 
 def test_specimens_that_all_give_the_same_stiffness_are_suspicious():

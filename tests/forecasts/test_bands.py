@@ -74,7 +74,7 @@ def test_a_model_that_lacks_an_effect_goes_on_from_the_nearest_level():
     assert_allclose(next_level.carried_db, -3.0 - next_level.error_db, rtol=1e-9)
     assert_allclose(next_level.of_model.error_db, -3.0, rtol=1e-9)
     assert_allclose(error_of([next_level.of_model]).growth, 0.5, rtol=1e-9)  # of joints
-    (otherwise,) = freed(low[1:], low[:1], alike=False)
+    (otherwise,) = freed(low[1:], low[:1], same_drive=False)
     assert otherwise.error_db == -3.0
 
 
@@ -88,7 +88,7 @@ def test_what_no_test_tells_is_no_error_of_the_next_level_if_it_is_the_same_ther
 
 def test_what_a_model_lacks_is_not_taken_for_its_numbers_in_another_kind_of_test():
     (near,), (ahead,) = errors((0.0, -10.0, 1.0)), errors((6.0, 3.0, 1.0))
-    (alike,), (other,) = (freed([ahead], [near], alike=one) for one in (True, False))
+    (alike,), (other,) = (freed([ahead], [near], same_drive=one) for one in (True, False))
     assert_allclose(alike.error_db, 13.0, atol=0.01)
     assert_allclose(other.error_db, 3.0, atol=0.11)
 

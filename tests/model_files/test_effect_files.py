@@ -135,7 +135,7 @@ def test_a_file_that_cannot_be_used_is_refused_in_one_line(text, match, tmp_path
     with pytest.raises(ModelError, match=match) as refused:
         load_effects(path)
     assert "\n" not in str(refused.value)
-    assert not EFFECTS.own
+    assert not EFFECTS.from_user
 
 
 def test_no_text_or_no_file_is_refused(tmp_path):

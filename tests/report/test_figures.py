@@ -95,7 +95,8 @@ def noisy():
         "up", np.arange(float(n)), np.linspace(10.0, 500.0, n), np.full(n, 4.0), np.ones(n),
         gain, harmonics,
     )  # fmt: skip
-    return replace(result, tracking=Tracking(sweeps=(one,)), loudest=2)
+    over_time = replace(result.over_time, tracking=Tracking(sweeps=(one,)))
+    return replace(result, over_time=over_time, averages=replace(result.averages, loudest=2))
 
 
 @pytest.mark.parametrize("name", ["psd", "response", "coherence", "psd_and_response", "sweep"])

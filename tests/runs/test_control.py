@@ -39,7 +39,11 @@ def swept(run, decibels, level=5.0):
         np.ones((4, 5, n), dtype=complex),
     )
     test = replace(run.test, excitation="sine sweep", level=level * GRAVITY, level_unit="m/s^2")
-    return replace(run, test=test, tracking=Tracking(sweeps=(sweep,)))
+    return tracked(replace(run, test=test), Tracking(sweeps=(sweep,)))
+
+
+def tracked(run, tracking):
+    return replace(run, over_time=replace(run.over_time, tracking=tracking))
 
 
 def test_a_control_that_drifts_evenly_is_beyond_for_the_part_it_is(run):
@@ -70,7 +74,7 @@ def test_coming_up_and_going_down_do_not_count_but_a_trip_does(run):
 def test_random_runs_and_runs_without_a_level_are_no_sweeps(run):
     assert control_sweep(run) is None
     assert control_density(run).kept
-    assert control_sweep(replace(swept(run, np.zeros(9)), tracking=Tracking())) is None
+    assert control_sweep(tracked(swept(run, np.zeros(9)), Tracking())) is None
     silent = swept(run, np.zeros(9))
     nothing = replace(silent, test=replace(silent.test, level=None))
     assert control_sweep(nothing) is None
@@ -115,7 +119,7 @@ def test_a_departure_within_chance_is_told_as_that():
 @pytest.mark.parametrize("factor", [1.0001, 1.004, 0.996, 1.5])
 def test_a_level_outside_its_tolerance_is_not_printed_inside(run, factor):
     off = 10.0 ** (3.0 / 10.0) * factor
-    level = replace(run.measured_level, value=run.test.level * off)
+    level = replace(run.averages.measured_level, value=run.test.level * off)
     told = mismatch(run.test, level)
     assert bool(told) is (factor > 1.0)
     if told:

@@ -117,6 +117,6 @@ def test_along_a_sweep_a_drop_at_the_tallest_response_counts_beyond_the_alarm(
     hole = drop / (1.0 + ((lines - RESONANCE) / 6.0) ** 2)
     found = swept(result, hole + 2.0 * np.log2(lines / RESONANCE))
     reading = SweptReading(2, "up", RESONANCE, 20.0, None)
-    drops = control_drops(replace(found, swept=(reading,)))
+    drops = control_drops(replace(found, over_time=replace(found.over_time, swept=(reading,))))
     assert len(drops) == told
     assert [one.decibels for one in drops] == pytest.approx([drop] * told, abs=0.3)

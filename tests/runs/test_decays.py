@@ -62,24 +62,24 @@ def test_every_mode_of_a_blow_comes_back_by_both_methods(struck_once):
         size = (2.0 * np.pi * columns["frequency_hz"][chosen]) ** 2
         millimetres = 1e3 * columns["amplitude"][chosen] * G / size
         assert columns["displacement_mm"][chosen] == pytest.approx(millimetres)
-    assert any("begins at 0.5" in text for text in one.told)
+    assert any("begins at 0.5" in text for text in one.sentences)
     assert sum("no trend of frequency with amplitude; no trend of damping" in text
-               for text in one.told) == 2  # fmt: skip
+               for text in one.sentences) == 2  # fmt: skip
     assert len(one.panels) == 4
     assert not one.problems
 
 
 def test_a_free_decay_has_neither_density_peaks_nor_functions_of_one_average(struck_once):
     result = processed(struck_once)
-    assert result.bounds is None
-    assert not any(result.psd_peaks)
+    assert result.averages.bounds is None
+    assert not any(result.averages.psd_peaks)
     assert {one.kind for one in result.analyses} == {"decays"}
 
 
 def test_without_an_input_the_decay_begins_at_the_largest_motion(struck_once):
     one = found(processed(struck_once[1:2], CHANNELS[1:2]))
     assert len(one.summary) == 2
-    assert any(text.startswith("One response only") for text in one.told)
+    assert any(text.startswith("One response only") for text in one.sentences)
 
 
 def test_what_a_decay_does_not_tell_is_a_flag_and_costs_nothing_else(struck_once):
@@ -99,7 +99,7 @@ def test_what_rings_after_a_shock_is_told_and_flags_nothing(struck_once):
     quiet = struck_once.copy()
     quiet[1:] = 0.005 * np.random.default_rng(1).standard_normal(quiet[1:].shape)
     one = found(processed(quiet, base, excitation="shock"))
-    assert one.told[0].startswith("no mode stands out of the noise within 20 to 350 Hz")
+    assert one.sentences[0].startswith("no mode stands out of the noise within 20 to 350 Hz")
     assert not one.problems
 
 

@@ -53,7 +53,7 @@ def test_gain_and_phase_over_time_are_those_of_the_closed_form():
     assert row["phase_drift_deg"] == pytest.approx(
         np.degrees(np.angle(ends[1] / ends[0])), abs=1
     )
-    assert "resonance" not in " ".join(found.told)
+    assert "resonance" not in " ".join(found.sentences)
 
 
 def test_a_frequency_that_is_tracked_downwards_is_followed():
@@ -74,7 +74,7 @@ def test_stretches_in_which_the_control_rests_are_left_empty_and_counted():
     found = dwell_of(np.where(rests, noise, wave), wave)
     gap = np.isnan(found.columns["gain_ch3"])
     assert np.flatnonzero(gap).tolist() == [20, 21, 22, 23, 24]
-    assert "In 5 of 60 stretches the control is no sine." in found.told
+    assert "In 5 of 60 stretches the control is no sine." in found.sentences
 
 
 def test_a_dwell_of_too_few_stretches_is_refused():

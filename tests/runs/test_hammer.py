@@ -85,7 +85,7 @@ def test_what_the_exponential_window_adds_is_told(good):
     assert row["added_by_window_percent"] == pytest.approx(
         100 / (2 * np.pi * 62.0 * 0.2), rel=1e-3
     )
-    (told,) = [text for text in found(result, "blows").told if "exponential" in text]
+    (told,) = [text for text in found(result, "blows").sentences if "exponential" in text]
     assert "time constant 0.2 s" in told
 
 
@@ -153,7 +153,7 @@ def test_one_blow_is_enough_and_says_that_its_coherence_tells_nothing():
 def test_no_pretrigger_is_none_and_one_blow_has_room():
     struck_once = struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005))
     result = processed(struck_once, Hammer(pretrigger=0.0))
-    assert result.blows.setup.cut.before == 0
+    assert result.over_time.blows.setup.cut.before == 0
     told = found(result, "blows").problems[-1]
     assert told.startswith(
         "0 samples in the quiet half of the pretrigger do not tell the noise"
@@ -171,15 +171,15 @@ def test_the_noise_of_one_blow_is_that_before_it_whatever_the_windows(
     rows = struck([(0.5, 100.0)], 2.5, noise=(0.05, 0.005))
     hammer = Hammer(pretrigger=0.3, force_window=force_window, exponential=exponential)
     result = processed(rows, hammer)
-    assert_allclose(result.blows.noise, [0.05, 0.005, 0.005], rtol=0.15)
-    cut = result.blows.setup.cut
+    assert_allclose(result.over_time.blows.noise, [0.05, 0.005, 0.005], rtol=0.15)
+    cut = result.over_time.blows.setup.cut
     only_noise = 0.05 * np.random.default_rng(2).standard_normal((400, cut.length)) * cut.window
     if force_window is not None:
         only_noise[:, : round((0.3 - force_window) * RATE)] = 0.0
         only_noise[:, round((0.3 + force_window) * RATE) :] = 0.0
     power = np.mean(np.abs(np.fft.rfft(only_noise)) ** 2)
     wanted = 2.0 * power / (RATE * np.sum(cut.window**2))
-    assert result.blows.noise_density[0] == pytest.approx(wanted, rel=0.3)
+    assert result.over_time.blows.noise_density[0] == pytest.approx(wanted, rel=0.3)
 
 
 def test_a_trigger_within_the_noise_is_one_line(good):
@@ -197,8 +197,8 @@ def test_a_share_of_a_weak_blow_stays_above_the_noise():
 
 def test_blows_have_neither_peaks_nor_bounds_of_their_density(good):
     result = processed(good, Hammer(length=1.9))
-    assert result.psd_peaks == ((), (), ())
-    assert result.bounds is None
+    assert result.averages.psd_peaks == ((), (), ())
+    assert result.averages.bounds is None
 
 
 def test_nothing_that_strikes_is_one_line():
@@ -307,7 +307,7 @@ def test_there_is_no_driving_point_where_the_log_tells_of_none(good, uses):
 
 def test_where_the_force_falls_is_told(good):
     """A half-sine of 4 ms is 20 dB down first at the frequency where its transform is 0.1."""
-    told = " ".join(found(processed(good, Hammer(length=1.9)), "blows").told)
+    told = " ".join(found(processed(good, Hammer(length=1.9)), "blows").sentences)
     frequency = np.linspace(200.0, 400.0, 2001)
     gain = np.abs(half_sine(frequency, 0.0)) / np.abs(half_sine(np.array([20.0]), 0.0))
     wanted = frequency[np.flatnonzero(gain < 0.1)[0]]

@@ -34,7 +34,7 @@ def kinds(result):
 @pytest.mark.parametrize("channels", [[FORCE, RESPONSE], [CONTROL, FORCE, RESPONSE]])
 def test_a_level_in_newtons_is_that_of_the_force(channels):
     result = processed(channels, RMS, "N rms")
-    value, unit = result.measured_level.shown
+    value, unit = result.averages.measured_level.shown
     assert unit == "N rms"
     assert_allclose(value, RMS * np.sqrt(490.0 / 500.0), rtol=0.02)
     assert "level" not in kinds(result)
@@ -55,7 +55,7 @@ def test_a_density_of_a_force_is_held_to_its_limits():
 @pytest.mark.parametrize("unit", ["N rms", "N^2/Hz", "N"])
 def test_a_level_that_no_channel_measures_is_not_compared_and_says_so(unit):
     result = processed([CONTROL, RESPONSE], RMS, unit)
-    assert result.measured_level is None
+    assert result.averages.measured_level is None
     assert not {"level", "control density", "control level"} & kinds(result)
     assert "The level is not checked: the log demands 12.4 N" in result.notes[-1]
     kept = summary_of(result, "1", {}, "r.tdms", "0" * 64)
@@ -67,7 +67,7 @@ def test_forces_without_a_control_are_the_inputs():
     (note,) = processed([FORCE, RESPONSE], None, None).notes
     assert "The response functions are those against the force" in note
     result = processed([FORCE, replace(FORCE, name="other"), RESPONSE], None, None)
-    assert result.against is None
+    assert result.averages.against is None
     (note,) = result.notes
     assert "those against each of the forces force, other, where it moves" in note
     assert processed([RESPONSE], None, None).notes == ()
@@ -82,4 +82,4 @@ def test_a_level_of_blows_is_no_amplitude_of_a_vibration():
     samples[1, 500:2000] = np.exp(-np.arange(1500) / 200.0) * np.sin(np.arange(1500))
     recording = recording_of_arrays("run", (FORCE, RESPONSE), samples, 1000.0)
     test = Test(1, excitation="hammer", level=150.0, level_unit="N", level_text="150 N")
-    assert process_recording(recording, test).measured_level is None
+    assert process_recording(recording, test).averages.measured_level is None

@@ -92,8 +92,8 @@ def test_missing_shapes_are_told_and_nothing_else_changes(monkeypatch):
     few = process_recording(recording, asked())
     assert [note for note in few.notes if note.startswith("No shapes at the peaks")]
     assert not [note for note in whole.notes if note.startswith("No shapes")]
-    assert_allclose(few.against.h1, whole.against.h1, rtol=1e-12)
-    assert_allclose(few.psd, whole.psd, rtol=1e-12)
+    assert_allclose(few.averages.against.h1, whole.averages.against.h1, rtol=1e-12)
+    assert_allclose(few.averages.psd, whole.averages.psd, rtol=1e-12)
 
 
 def test_of_two_hundred_responses_and_a_control_no_array_of_all_pairs_is_made():

@@ -31,12 +31,17 @@ def test_it_is_processed_as_random_excitation_but_no_level_is_demanded(tmp_path)
         found = process_recording(recording, test)
         asked = replace(test, excitation="random")
         other = process_recording(recording, asked)
-    assert_allclose(found.psd, other.psd, rtol=0.0)
-    assert_allclose(found.against.h1, other.against.h1, rtol=0.0)
+    assert_allclose(found.averages.psd, other.averages.psd, rtol=0.0)
+    assert_allclose(found.averages.against.h1, other.averages.against.h1, rtol=0.0)
     base = samples(300.0)[0] / STANDARD_GRAVITY
     moving = base[int(0.5 * 2048) : -int(0.5 * 2048)]
-    assert (found.measured_level.kind, found.measured_level.unit) == ("rms", "m/s^2")
-    assert_allclose(found.measured_level.value / STANDARD_GRAVITY, np.std(moving), rtol=0.1)
+    assert (found.averages.measured_level.kind, found.averages.measured_level.unit) == (
+        "rms",
+        "m/s^2",
+    )
+    assert_allclose(
+        found.averages.measured_level.value / STANDARD_GRAVITY, np.std(moving), rtol=0.1
+    )
     assert not [flag for flag in found.flags if flag.kind == "level"]
 
 

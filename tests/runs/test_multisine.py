@@ -69,24 +69,24 @@ def test_the_table_has_every_line_with_units_and_the_function_of_the_excited_one
     assert columns["input_force_N"][chosen] == pytest.approx(1.0, rel=1e-6)
     noise = np.sqrt(np.mean(np.square(columns["noise_point_g"])))
     assert noise == pytest.approx(0.02 / np.sqrt(N * 6) / G, rel=0.1)
-    assert one.told[0].startswith("point, 5.5 to 99.5 Hz: linear within 0.0")
-    assert "even and 24 odd ones detect" in one.told[1]
+    assert one.sentences[0].startswith("point, 5.5 to 99.5 Hz: linear within 0.0")
+    assert "even and 24 odd ones detect" in one.sentences[1]
     assert not one.problems
 
 
 def test_even_and_odd_laws_are_named_with_their_bands():
     one = found(processed(force_of(1, 4), lambda f: 3.0 * f + 0.005 * f**2))
-    assert "even distortion of" in one.told[0]
-    assert "out of the noise from" in one.told[0]
-    assert "odd distortion below" in one.told[0]
-    assert one.told[0].endswith("a law that differs between push and pull.")
+    assert "even distortion of" in one.sentences[0]
+    assert "out of the noise from" in one.sentences[0]
+    assert "odd distortion below" in one.sentences[0]
+    assert one.sentences[0].endswith("a law that differs between push and pull.")
     (panel,) = one.panels
     assert [line.label for line in panel.lines] == [
         "response function", "noise", "even distortion", "odd distortion"
     ]  # fmt: skip
     one = found(processed(force_of(1, 4), lambda f: 3.0 * f + 0.001 * f**3))
-    assert "odd distortion of" in one.told[0]
-    assert "even distortion below" in one.told[0]
+    assert "odd distortion of" in one.sentences[0]
+    assert "even distortion below" in one.sentences[0]
 
 
 def own_lines(numbers, count, periods, draw):
@@ -104,8 +104,8 @@ def test_realisations_with_lines_of_their_own_are_told():
         np.arange(11, 200, 2), 3, 4, lambda _, rng, all_: all_[rng.random(all_.size) < 0.75]
     )
     one = found(processed(force, lambda f: 3.0 * f, Multisine(2.0, 4, 3)))
-    assert "linear within 0.0" in one.told[0]
-    assert "Each realisation excites lines of its own" in one.told[2]
+    assert "linear within 0.0" in one.sentences[0]
+    assert "Each realisation excites lines of its own" in one.sentences[2]
     assert not one.problems
     counts = np.array(one.columns["excited_realisations"])
     assert counts.max() == 3
@@ -123,23 +123,26 @@ def test_realisations_that_share_no_line_and_detect_nothing_are_a_flag():
 
 def test_a_transient_is_left_out_and_told():
     one = found(processed(force_of(1, 6), lambda f: 3.0 * f, transient=50.0))
-    assert "The first 2 of 6 periods do not repeat (a transient) and are left out." in one.told
-    assert one.told[0].startswith("point, 5.5 to 99.5 Hz: linear within 0.0")
+    assert (
+        "The first 2 of 6 periods do not repeat (a transient) and are left out."
+        in one.sentences
+    )
+    assert one.sentences[0].startswith("point, 5.5 to 99.5 Hz: linear within 0.0")
 
 
 def test_what_a_multisine_cannot_tell_is_a_flag_of_one_line():
     one = found(processed(force_of(1, 1), lambda f: 3.0 * f))
     (told,) = one.problems
     assert told.startswith("one period only: the noise is not known")
-    assert one.told[0].endswith("of the response (rms), with the noise in them.")
+    assert one.sentences[0].endswith("of the response (rms), with the noise in them.")
     one = found(processed(force_of(1, 4, every=True), lambda f: 3.0 * f))
     (told,) = one.problems
     assert told.startswith("no detection lines and one realisation")
-    assert "noise 0." in one.told[0]
+    assert "noise 0." in one.sentences[0]
     said = Multisine(2.0, periods=3, realisations=3)
     one = found(processed(force_of(3, 3, every=True), lambda f: 3.0 * f + 0.001 * f**3, said))
     assert not one.problems
-    assert "distortion over the realisations of" in one.told[0]
+    assert "distortion over the realisations of" in one.sentences[0]
     result = processed(force_of(1, 4), lambda f: 3.0 * f, Multisine(1.5))
     (flag,) = [flag for flag in result.flags if flag.kind == "multisine"]
     assert flag.message.startswith("the periods do not repeat")
@@ -216,7 +219,10 @@ def test_nine_periods_of_an_aircraft(shared):
     )
     rows = recording_of_arrays("f16", CHANNELS, np.array([force, wing]), 400.0)
     one = found(process_recording(rows, test))
-    assert "The first 1 of 9 periods do not repeat (a transient) and are left out." in one.told
+    assert (
+        "The first 1 of 9 periods do not repeat (a transient) and are left out."
+        in one.sentences
+    )
     number = np.array(one.columns["line"])
     assert list(number) == list(range(41, 308))
     u, y = (np.fft.rfft(x.reshape(9, 8192)[1:])[:, number] / 4096.0 for x in (force, wing))
@@ -268,7 +274,7 @@ def test_a_multisine_that_the_log_calls_random_is_processed_all_the_same():
     )
     channels = (replace(CHANNELS[0], role="response"), CHANNELS[1])
     rows = recording_of_arrays("run", channels, np.array([force, response]), RATE)
-    assert process_recording(rows, test).psd.shape[0] == 2
+    assert process_recording(rows, test).averages.psd.shape[0] == 2
 
 
 def test_a_base_that_shakes_is_the_mean_of_its_controls():

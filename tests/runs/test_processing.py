@@ -52,8 +52,11 @@ def with_roles(rows):
 def test_a_known_oscillator_is_found_with_its_frequency_and_damping():
     result = process_recording(with_roles(samples(250.0, damping=0.05, seconds=30.0)), RANDOM)
     for i in result.responses:
-        assert abs(result.psd_peaks[i][0].peak.frequency - 250.0) < result.spectra.bin_width
-    damping = result.response_peaks[2][0].damping
+        assert (
+            abs(result.averages.psd_peaks[i][0].peak.frequency - 250.0)
+            < result.spectra.bin_width
+        )
+    damping = result.averages.response_peaks[2][0].damping
     assert_allclose(damping.frequency, 250.0, rtol=2e-3)
     assert damping.ratio is not None
     assert_allclose(damping.ratio, 0.05, rtol=0.05)
@@ -61,7 +64,7 @@ def test_a_known_oscillator_is_found_with_its_frequency_and_damping():
 
 def test_the_measured_level_is_that_of_the_base():
     result = process_recording(with_roles(samples(250.0)), RANDOM)
-    value, unit = result.measured_level.shown
+    value, unit = result.averages.measured_level.shown
     assert unit == "g²/Hz"
     assert_allclose(value, 0.0005, rtol=0.15)
     assert "level" not in {flag.kind for flag in result.flags}
@@ -87,11 +90,11 @@ def test_a_tone_is_taken_out_of_the_responses_only():
     time = np.arange(rows.shape[1]) / RATE
     rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * time)
     result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))
-    notch = result.notch
+    notch = result.over_time.notch
     near = np.argmin(np.abs(result.spectra.frequency - 50.0))
     beside = np.argmin(np.abs(result.spectra.frequency - 100.0))
-    assert notch.psd[0, near] < 1e-3 * result.psd[2, near]
-    assert_allclose(notch.psd[0, beside], result.psd[2, beside], rtol=0.3)
+    assert notch.psd[0, near] < 1e-3 * result.averages.psd[2, near]
+    assert_allclose(notch.psd[0, beside], result.averages.psd[2, beside], rtol=0.3)
     assert_allclose(notch.time[-1] - notch.time[0], 0.04, rtol=0.05)
     assert np.ptp(notch.after[0]) < np.ptp(notch.before[0])
 
@@ -99,9 +102,11 @@ def test_a_tone_is_taken_out_of_the_responses_only():
 def test_one_channel_without_a_control_still_has_a_density():
     recording = with_roles(samples(250.0)).select([2])
     result = process_recording(recording, replace(RANDOM, processing=_cropped(None)))
-    assert result.against is None
-    assert result.response_peaks == ((),)
-    assert abs(result.psd_peaks[0][0].peak.frequency - 250.0) < result.spectra.bin_width
+    assert result.averages.against is None
+    assert result.averages.response_peaks == ((),)
+    assert (
+        abs(result.averages.psd_peaks[0][0].peak.frequency - 250.0) < result.spectra.bin_width
+    )
 
 
 def _cropped(crop):
@@ -164,7 +169,9 @@ def test_a_test_of_a_log_opens_with_its_roles(tmp_path):
         assert [c.name for c in recording.channels][2:] == ["ch3", "ch4"]
         assert {c.unit for c in recording.channels} == {"m/s^2"}
     result = process_test(log, log.tests[0])
-    assert abs(result.psd_peaks[2][0].peak.frequency - 360.0) < result.spectra.bin_width
+    assert (
+        abs(result.averages.psd_peaks[2][0].peak.frequency - 360.0) < result.spectra.bin_width
+    )
 
 
 @pytest.mark.parametrize("block", [1, 7, 64, 1000])
@@ -183,13 +190,13 @@ def test_damping_is_read_from_longer_segments_where_these_do_not_resolve_it():
     """The truth is the oscillator's own; only steady excitation is looked at again."""
     rows = samples(250.0, damping=0.005, seconds=40.0)
     result = process_recording(with_roles(rows), RANDOM)
-    damping = result.response_peaks[2][0].damping
+    damping = result.averages.response_peaks[2][0].damping
     assert damping.bin_width < result.spectra.bin_width / 3.0
     assert_allclose(damping.ratio, 0.005, rtol=0.05)
     assert damping.ratio_low < 0.005 < damping.ratio_high
     sweep = replace(RANDOM, excitation="sine sweep", level=None, level_unit=None)
     swept = process_recording(with_roles(rows), sweep)
-    assert swept.response_peaks[2][0].damping.bin_width == swept.spectra.bin_width
+    assert swept.averages.response_peaks[2][0].damping.bin_width == swept.spectra.bin_width
 
 
 def test_a_long_notch_is_cut_from_the_middle_and_says_so(monkeypatch):
@@ -197,10 +204,10 @@ def test_a_long_notch_is_cut_from_the_middle_and_says_so(monkeypatch):
     rows = samples(250.0, seconds=20.0)
     rows[2:] += 30.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(rows.shape[1]) / RATE)
     result = process_recording(with_roles(rows), replace(RANDOM, notch_hz=50.0))
-    assert "only 10 s from the middle" in result.notch_problem
-    assert 9.5 < result.notch.time.mean() < 10.5
+    assert "only 10 s from the middle" in result.over_time.notch_problem
+    assert 9.5 < result.over_time.notch.time.mean() < 10.5
     near = np.argmin(np.abs(result.spectra.frequency - 50.0))
-    assert result.notch.psd[0, near] < 1e-3 * result.psd[2, near]
+    assert result.over_time.notch.psd[0, near] < 1e-3 * result.averages.psd[2, near]
 
 
 def test_every_table_of_a_recording_that_was_cut_says_how_much_is_there():
@@ -267,11 +274,13 @@ def test_a_run_of_one_segment_has_spectra_and_no_coherence(n_samples):
     window = scipy.signal.get_window("hamming", 1024, fftbins=False)
     transforms = np.fft.rfft(rows[:, :1024] * window)
     expected = transforms[2] / transforms[:2].mean(axis=0)
-    assert_allclose(result.against.h1[0], expected, rtol=1e-6)
-    assert np.isnan(result.against.coherence).all()
-    assert all(len(found) == 1 for found in result.psd_peaks)
+    assert_allclose(result.averages.against.h1[0], expected, rtol=1e-6)
+    assert np.isnan(result.averages.against.coherence).all()
+    assert all(len(found) == 1 for found in result.averages.psd_peaks)
     assert "one average has no coherence and no damping" in result.notes[-1]
-    assert all(peak.damping is None for found in result.response_peaks for peak in found)
+    assert all(
+        peak.damping is None for found in result.averages.response_peaks for peak in found
+    )
 
 
 @pytest.mark.parametrize("offset", [-1.0, 0.0, 1.0])

@@ -54,7 +54,7 @@ def test_what_keeps_every_line_says_so_with_its_grms():
     assert all(row["kept"] for row in lines.values())
     rms = np.sqrt(0.001 * 880.0)
     assert_allclose([row["demand_rms"] for row in lines.values()], rms)
-    assert f"Demanded {rms:.4g} g rms from 20 to 900 Hz" in result.analyses[0].told[1]
+    assert f"Demanded {rms:.4g} g rms from 20 to 900 Hz" in result.analyses[0].sentences[1]
     columns = result.analyses[0].columns
     assert_allclose(columns["demand_g2_per_hz"], 0.001)
     assert_allclose(columns["abort_high_g2_per_hz"], 0.001 * 10**0.6)

@@ -38,10 +38,14 @@ def processed(samples, roles=("control", "response")):
 def test_a_louder_recording_has_the_same_peaks_and_responses(seed, times):
     samples = shaken(seed)
     quiet, loud = processed(samples), processed(times * samples)
-    np.testing.assert_allclose(loud.psd, times**2 * quiet.psd, rtol=1e-9)
-    np.testing.assert_allclose(loud.statistics.rms, times * quiet.statistics.rms, rtol=1e-9)
-    np.testing.assert_allclose(loud.against.h1, quiet.against.h1, rtol=1e-6, atol=1e-9)
-    found = [[p.peak.frequency for p in run.psd_peaks[1]] for run in (quiet, loud)]
+    np.testing.assert_allclose(loud.averages.psd, times**2 * quiet.averages.psd, rtol=1e-9)
+    np.testing.assert_allclose(
+        loud.averages.statistics.rms, times * quiet.averages.statistics.rms, rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        loud.averages.against.h1, quiet.averages.against.h1, rtol=1e-6, atol=1e-9
+    )
+    found = [[p.peak.frequency for p in run.averages.psd_peaks[1]] for run in (quiet, loud)]
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
 
 
@@ -51,8 +55,8 @@ def test_the_order_of_channels_changes_nothing_but_the_order(seed):
     control, response = shaken(seed)
     one = processed(np.array([control, response]))
     other = processed(np.array([response, control]), roles=("response", "control"))
-    np.testing.assert_array_equal(other.psd, one.psd[::-1])
-    np.testing.assert_allclose(other.against.h1, one.against.h1, rtol=1e-12)
+    np.testing.assert_array_equal(other.averages.psd, one.averages.psd[::-1])
+    np.testing.assert_allclose(other.averages.against.h1, one.averages.against.h1, rtol=1e-12)
     assert other.controls == (1,)
 
 
@@ -60,6 +64,6 @@ def test_the_order_of_channels_changes_nothing_but_the_order(seed):
 @given(seeds, st.integers(2, 4))
 def test_a_response_that_is_a_multiple_of_the_control_has_that_gain_everywhere(seed, times):
     control = shaken(seed)[0]
-    found = processed(np.array([control, float(times) * control])).against
+    found = processed(np.array([control, float(times) * control])).averages.against
     np.testing.assert_allclose(found.h1[0][found.valid], times, rtol=1e-9)
     assert np.min(found.coherence[0][found.valid]) == pytest.approx(1.0, abs=1e-9)

@@ -203,8 +203,8 @@ def test_lines_without_input_have_no_response_function_in_any_table():
     result = process_recording(recording_of_arrays("run", channels, rows, rate), test)
     (pair,) = [one.columns for one in result.analyses if one.kind == "response_functions"]
     tables = (
-        np.abs(result.against.h1[0]), np.abs(result.against.h2[0]),
-        np.abs(result.against.hv[0]), np.sqrt(result.against.psd_ratio[0]),
+        np.abs(result.averages.against.h1[0]), np.abs(result.averages.against.h2[0]),
+        np.abs(result.averages.against.hv[0]), np.sqrt(result.averages.against.psd_ratio[0]),
         *(pair[f"{kind}_ch3_over_table_magnitude"] for kind in ("h1", "h2", "hv")),
         pair["h1_ch3_over_table_low"], pair["h1_ch3_over_table_high"],
     )  # fmt: skip

@@ -99,12 +99,12 @@ def test_forces_that_move_as_one_are_told(structure):
     both = processed(structure, np.stack([structure.force[0], 2.0 * structure.force[0]]))
     functions = both["response_functions"]
     assert functions.summary == ()
-    assert len(functions.told) == 2
-    assert "No response function over f1: it moves as one with f2" in functions.told[0]
-    assert "independent signals, or one at a time" in functions.told[0]
+    assert len(functions.sentences) == 2
+    assert "No response function over f1: it moves as one with f2" in functions.sentences[0]
+    assert "independent signals, or one at a time" in functions.sentences[0]
 
 
 def test_too_few_averages_are_told(structure):
     functions = processed(structure, structure.force, segment=61_440)["response_functions"]
     assert functions.summary == ()
-    assert "averages do not tell 2 forces apart; shorten the segment" in functions.told[0]
+    assert "averages do not tell 2 forces apart; shorten the segment" in functions.sentences[0]

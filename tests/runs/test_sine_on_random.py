@@ -69,7 +69,7 @@ def test_tones_and_floor_are_those_that_were_simulated(stated):
     assert_allclose(
         columns["amplitude_ch3_g"], 3.0 * np.array(columns["amplitude_table_g"]), rtol=1e-6
     )
-    assert result.measured_level.shown[0] == pytest.approx(FLOOR, rel=0.03)
+    assert result.averages.measured_level.shown[0] == pytest.approx(FLOOR, rel=0.03)
     assert summary_of(result, "1", {}, "", "").control.kept
     assert not {flag.kind for flag in result.flags} & {"level", "control density", "tones"}
 
@@ -78,7 +78,7 @@ def test_the_profile_is_kept_by_the_floor_and_broken_by_a_floor_that_is_wrong():
     def told(density, excitation, stated):
         control = floor_of(2, density) + tones_of()
         result = processed(control, excitation, stated=stated, profile=FLAT)
-        return next(one.told[0] for one in result.analyses if one.kind == "profile")
+        return next(one.sentences[0] for one in result.analyses if one.kind == "profile")
 
     assert told(FLOOR, "sine on random", TONES) == "Profile flat: kept."
     assert "NOT KEPT" in told(FLOOR, "random", ())

@@ -80,7 +80,9 @@ def test_without_a_sheet_no_expanded_uncertainty_is_given():
         assert row["at_least_percent"] > 0.0
     assert rows["control rms"]["expanded"] is not None
     assert rows["ch3 h1 damping ratio"]["expanded"] is not None
-    assert any("calibration of ch3, no calibration sheet" in text for text in analysis.told)
+    assert any(
+        "calibration of ch3, no calibration sheet" in text for text in analysis.sentences
+    )
     table = analysis.columns
     k = [
         c == "calibration" and n == "ch3"
@@ -118,7 +120,7 @@ def test_a_sheet_alone_leaves_what_the_sheet_says():
 def test_densities_of_a_sweep_have_no_budget():
     analysis = budgets(1, excitation="sine sweep")
     assert not any(row["quantity"].startswith("psd") for row in analysis.summary)
-    assert any("Peaks of densities have no budget" in text for text in analysis.told)
+    assert any("Peaks of densities have no budget" in text for text in analysis.sentences)
 
 
 def test_the_rms_of_a_white_band_scatters_by_its_bandwidth_and_length():

@@ -102,7 +102,7 @@ def test_a_good_blow_is_kept_with_its_force_and_width():
     assert blow.kept
     assert blow.force == pytest.approx(100.0, rel=0.02)
     assert blow.width == pytest.approx(2.0 / 3.0 * WIDTH / RATE, abs=1.1 / RATE)  # of a sine
-    assert blow.left < 0.01
+    assert blow.end_share < 0.01
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_what_is_left_at_the_end_is_that_of_the_decay():
     force = force_of([(1000, 100.0)])
     decay = np.exp(-np.arange(5000) / 500.0) * np.cos(0.7 * np.arange(5000))
     blow = judged(force, [np.convolve(force, decay)[: force.size]], 1000)
-    assert blow.left == pytest.approx(np.exp(-950.0 / 500.0) / np.sqrt(2.0), rel=0.1)
+    assert blow.end_share == pytest.approx(np.exp(-950.0 / 500.0) / np.sqrt(2.0), rel=0.1)
 
 
 def test_a_block_beyond_the_recording_says_so():

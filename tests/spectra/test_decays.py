@@ -82,7 +82,7 @@ def test_modes_are_found_each_in_the_channel_that_shows_it():
     low, high = decay_lines(np.array([first, second]), RATE, (20.0, 350.0))
     assert (low.row, high.row) == (1, 0)
     assert low.frequency == pytest.approx(40.0, rel=2e-3)
-    assert high.apart == pytest.approx(50.0, rel=0.01)
+    assert high.distance == pytest.approx(50.0, rel=0.01)
 
 
 def test_neighbours_within_the_shift_of_one_mode_stay_two():

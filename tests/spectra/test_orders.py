@@ -137,7 +137,7 @@ def test_irregular_pulses_are_told_with_channel_and_time_and_half_of_them_refuse
 
     def orders_told(samples):
         recording = recording_of_arrays("run", channels, np.array([samples, noise]), RATE)
-        return process_recording(recording, test).analyses[0].told
+        return process_recording(recording, test).analyses[0].sentences
 
     edges = np.sort([*np.delete(EDGES, 100), 10.01])
     told = " ".join(orders_told(shaft_with(edges)))
@@ -161,7 +161,7 @@ def test_one_spike_does_not_move_the_trigger_level():
 
 def test_a_run_of_more_stretches_than_are_fitted_says_so_and_covers_the_whole_run():
     found = orders_of(np.zeros(TIME.size), pulses=4, revolutions=2.0)
-    assert not any("stretches" in line for line in found.told)
+    assert not any("stretches" in line for line in found.sentences)
     samples = np.where(np.arange(40000) % 8 < 4, 5.0, 0.0)  # 5000 revolutions
     rate = 1000.0
     channels = (
@@ -175,7 +175,7 @@ def test_a_run_of_more_stretches_than_are_fitted_says_so_and_covers_the_whole_ru
     )  # fmt: skip
     found = process_recording(recording_of_arrays("run", channels, rows, rate), test)
     orders = found.analyses[0]
-    assert "2000 of 2498 stretches of 4 revolutions" in " ".join(orders.told)
+    assert "2000 of 2498 stretches of 4 revolutions" in " ".join(orders.sentences)
     time = orders.columns["time_s"]
     assert time.size == 2000
     assert time[0] < 0.05
@@ -223,9 +223,14 @@ def test_a_tachometer_is_no_response():
     )
     found = with_tachometer("tachometer", asked)
     assert [c.name for c in found.channels] == ["base", "bearing"]
-    assert found.channels[found.loudest].name == "bearing"
-    assert len(found.psd) == len(found.bounds.low) == found.statistics.rms.size == 2
-    assert not found.unused
+    assert found.channels[found.averages.loudest].name == "bearing"
+    assert (
+        len(found.averages.psd)
+        == len(found.averages.bounds.low)
+        == found.averages.statistics.rms.size
+        == 2
+    )
+    assert not found.recorded.unused
     for one in found.analyses:
         assert {row["channel"] for row in one.summary} == {"base", "bearing"}
     orders = next(one for one in found.analyses if one.kind == "orders")
@@ -237,7 +242,7 @@ def test_a_tachometer_is_no_response():
 
 def test_a_tachometer_of_which_nothing_is_asked_is_named_as_unused():
     found = with_tachometer("tachometer", Processing(crop=None))
-    assert [(c.name, c.why) for c in found.unused] == [
+    assert [(c.name, c.why) for c in found.recorded.unused] == [
         ("tacho", "a tachometer, of which no orders are asked for")
     ]
 

@@ -13,7 +13,7 @@ from shakerproc.campaign.trends import SINGLE_FREQUENCY
 from shakerproc.errors import TableError
 from shakerproc.late import without_parquet
 from shakerproc.numerals import numeral
-from shakerproc.recordings.apart import result_apart
+from shakerproc.recordings.own_process import result_apart
 from shakerproc.runs.flags import EXPIRED
 from shakerproc.runs.summary import by_tests
 from shakerproc.runs.tables import former_note, present_name
@@ -286,7 +286,7 @@ def agreement(
     deviations, seen = [], set[str]()
     for column, tolerance in wanted.items():
         names = _shared_names(table, reference, column)
-        found = _values(table, column, names)
+        table_values = _values(table, column, names)
         unit = _unit_of(column)
         expected = _values(reference, column, names)
         compared[column] = sum(value is not None for value in expected.values())
@@ -295,7 +295,7 @@ def agreement(
         for key, value in expected.items():
             if value is None:
                 continue
-            here, allowed = found.get(key), tolerance.around(value, unit)
+            here, allowed = table_values.get(key), tolerance.around(value, unit)
             if here is None or not abs(here - value) <= allowed * (1.0 + 1e-12):
                 place, shown = _named(names, key), "" if unit == "1" else unit
                 deviations.append(Deviation(*place, column, shown, here, value, allowed))
@@ -616,15 +616,15 @@ def _missing(runs: Path, judged: set[str]) -> dict[str, str]:
     """Return why tests were not judged: those that failed, and whose flags say so."""
     if not runs.is_file():
         return {}
-    found = {}
+    texts = {}
     for row in read_table(runs).rows:
         if row["test"] in judged:
             continue
         if row.get("status") == "failed":
-            found[row["test"]] = row.get("error") or "it failed"
+            texts[row["test"]] = row.get("error") or "it failed"
         elif "profile" in (row.get("flags") or "").split("; "):
-            found[row["test"]] = "no channel, or no value, that the profile is about"
-    return found
+            texts[row["test"]] = "no channel, or no value, that the profile is about"
+    return texts
 
 
 def expired_notes(table: Path) -> list[str]:

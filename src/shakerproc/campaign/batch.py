@@ -144,9 +144,9 @@ def run_batch(
     names = folder_names(log.tests)
     known = _known(root, set(names.values()), progress.on_outdated)
     chosen = log if only is None else _part(log, only)
-    found = (execution.hashes or _hashes)(chosen)
+    hashes = (execution.hashes or _hashes)(chosen)
     ready, manifest = _ready(
-        chosen, root, known, products, hashes=found, accept_changed=accept_changed
+        chosen, root, known, products, hashes=hashes, accept_changed=accept_changed
     )
     if only is not None:
         manifest = replace(manifest, runs=_merged(log, names, known, manifest))
@@ -200,18 +200,18 @@ def _ready(
 ) -> tuple[list[tuple[Job, str]], Manifest]:
     """Return the tests whose recording is there, with their keys, and a manifest of all."""
     ready, entries, names = [], {}, folder_names(log.tests)
-    for test, found in zip(log.active, hashes, strict=True):
+    for test, hashed in zip(log.active, hashes, strict=True):
         name = names[test.id]
         before = known.runs.get(name)
-        problem = found if isinstance(found, ShakerprocError) else None
-        digest, seen = NOT_HASHED if isinstance(found, ShakerprocError) else found
+        problem = hashed if isinstance(hashed, ShakerprocError) else None
+        digest, seen = NOT_HASHED if isinstance(hashed, ShakerprocError) else hashed
         if problem is None and before and before.recording_sha256 and not accept_changed:
             problem = _changed(test, before.recording_sha256, digest)
             digest = before.recording_sha256
         key = key_of(digest, [input_of(test), asdict(products)])
         if problem is not None:
-            left = {} if before is None else before.outputs
-            entries[name] = Entry("failed", key, digest, left, "input", str(problem))
+            earlier = {} if before is None else before.outputs
+            entries[name] = Entry("failed", key, digest, earlier, "input", str(problem))
             continue
         recording = relative_recording(log, test)
         folder = root / RUNS / name

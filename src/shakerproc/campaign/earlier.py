@@ -148,15 +148,15 @@ def _rows(now: RunSummary, before: RunSummary) -> list[Change]:
     if now.level_unit == before.level_unit and now.measured_level and before.measured_level:
         per_decade = 10.0 if now.level_unit.endswith("/Hz") else 20.0
         level = _decibels(now.measured_level, before.measured_level, per_decade)
-    found = []
+    rows = []
     for name in dict.fromkeys(
         row.channel.name for row in (*peak_rows(now), *peak_rows(before))
     ):
         here, there = ([row.peak for row in peak_rows(run) if row.channel.name == name]
                        for run in (now, before))  # fmt: skip
         for mode, (one, other) in enumerate(_paired(here, there), 1):
-            found.append(Change(now.test, name, quantity, mode, other, one, width, level))
-    return found
+            rows.append(Change(now.test, name, quantity, mode, other, one, width, level))
+    return rows
 
 
 def _paired(

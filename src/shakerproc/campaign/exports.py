@@ -59,18 +59,18 @@ def export_mat(result: RunResult, path: Path) -> None:
         "frequency_hz": result.spectra.frequency,
         "channels": _texts([c.name for c in result.channels]),
         "units": _texts([unit for unit, _ in units]),
-        "psd": result.psd * np.array([[factor**2] for _, factor in units]),
+        "psd": result.averages.psd * np.array([[factor**2] for _, factor in units]),
         "psd_units": _texts([f"({unit})^2/Hz" for unit, _ in units]),
-        "sample_rate_hz": result.sample_rate,
+        "sample_rate_hz": result.recorded.sample_rate,
         "band_hz": result.band,
         "segment": result.spectra.segment,
         "overlap": result.spectra.overlap,
         "window": result.spectra.window_name,
         "degrees_of_freedom": result.spectra.degrees_of_freedom,
     }
-    if result.incomplete:
-        content["incomplete"] = result.length_text
-    if result.against is not None:
+    if result.recorded.incomplete:
+        content["incomplete"] = result.recorded.length_text
+    if result.averages.against is not None:
         content |= _against_controls(result)
     pairs = functions_of(result)
     if pairs:
@@ -87,7 +87,7 @@ def _texts(words: Sequence[str]) -> Any:
 
 def _against_controls(result: RunResult) -> dict[str, Any]:
     """Return the response functions against the controls, for MATLAB."""
-    against = result.against
+    against = result.averages.against
     assert against is not None  # noqa: S101 - asked by the caller
     ratios = [shown_ratio(*result.units_of_response(i)) for i in result.responses]
     factors = np.array([[factor] for _, factor in ratios])
@@ -148,15 +148,19 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
         yield _Curve(
-            DENSITY, f"PSD {channel.name}", result.psd[i] * factor**2, i, f"{unit}^2/Hz"
+            DENSITY,
+            f"PSD {channel.name}",
+            result.averages.psd[i] * factor**2,
+            i,
+            f"{unit}^2/Hz",
         )
-    if result.against is not None:
+    if result.averages.against is not None:
         for row, i in enumerate(result.responses):
             factor = shown_ratio(*result.units_of_response(i))[1]
-            name, h1 = result.channels[i].name, result.against.h1[row] * factor
+            name, h1 = result.channels[i].name, result.averages.against.h1[row] * factor
             unit, over = shown_unit(result.channels[i].unit)[0], result.controls
             yield _Curve(RESPONSE, f"H1 {name}", h1, i, unit, over)
-            share = result.against.coherence[row]
+            share = result.averages.against.coherence[row]
             yield _Curve(COHERENCE, f"coherence {name}", share, i, "1", over)
     for pair in functions_of(result):
         unit = shown_unit(result.channels[pair.row].unit)[0]
@@ -172,19 +176,23 @@ def _curves(result: RunResult) -> Iterator[_Curve]:
 
 
 def _head(result: RunResult, curve: _Curve) -> RecordHead:
-    start = "" if result.start_time is None else f"{result.start_time:%d-%b-%y %H:%M:%S}"
+    start = (
+        ""
+        if result.recorded.start_time is None
+        else f"{result.recorded.start_time:%d-%b-%y %H:%M:%S}"
+    )
     spectra = result.spectra
-    cut = f", INCOMPLETE {result.length_text}" if result.incomplete else ""
+    cut = f", INCOMPLETE {result.recorded.length_text}" if result.recorded.incomplete else ""
     is_ratio = curve.kind == RESPONSE
     over = [_axis(result, curve.inputs[0])] if is_ratio else [NONE]
     return RecordHead(
         curve.kind,
         (
             curve.name,
-            result.run,
+            result.recorded.run,
             start,
             f"{spectra.n_segments} segments of {spectra.segment} samples",
-            f"sample rate {float(result.sample_rate)!r} Hz{cut}",
+            f"sample rate {float(result.recorded.sample_rate)!r} Hz{cut}",
         ),
         _end(result, (curve.row,)),
         _end(result, curve.inputs) if curve.inputs else End(),

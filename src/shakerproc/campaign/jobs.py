@@ -279,22 +279,22 @@ class RemoteHashes:
 
     def __call__(self, log: TestLog) -> list[Hashed | ShakerprocError]:
         """Return the hash of the recording of each test, or why there is none."""
-        found: dict[str, Hashed | ShakerprocError] = {}
+        hashes: dict[str, Hashed | ShakerprocError] = {}
         tasks = []
         for number, test in enumerate(log.active):
             try:
                 relative = _lone_recording(log, test)
             except ShakerprocError as error:
-                found[str(number)] = error
+                hashes[str(number)] = error
             else:
                 tasks.append(Task(str(number), (self.source, relative)))
         for outcome in self.executor.run(hash_remotely, tasks):
-            found[outcome.name] = (
+            hashes[outcome.name] = (
                 ShakerprocError(_about(log.active[int(outcome.name)], outcome.error))
                 if outcome.cause
                 else (outcome.value["sha256"], ())
             )
-        return [found[str(number)] for number in range(len(log.active))]
+        return [hashes[str(number)] for number in range(len(log.active))]
 
 
 def _about(test: Test, error: str) -> str:

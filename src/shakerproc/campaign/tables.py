@@ -78,12 +78,14 @@ def _resonance_rows(runs: Sequence[RunSummary]) -> list[dict[str, Value]]:
     rows: list[dict[str, Value]] = []
     for run in runs:
         by_name = {channel.name: channel for channel in run.channels}
-        found = [row for one in run.analyses if one.kind == "resonances" for row in one.rows]
-        for function in dict.fromkeys(str(row["function"]) for row in found):
+        resonances = [
+            row for one in run.analyses if one.kind == "resonances" for row in one.rows
+        ]
+        for function in dict.fromkeys(str(row["function"]) for row in resonances):
             output = by_name.get(function.partition(" / ")[0])
-            own = [row for row in found if row["function"] == function]
-            own.sort(key=lambda row: -float(row["height"] or 0.0))
-            for rank, row in enumerate(own, 1):
+            function_rows = [row for row in resonances if row["function"] == function]
+            function_rows.sort(key=lambda row: -float(row["height"] or 0.0))
+            for rank, row in enumerate(function_rows, 1):
                 rows.append({
                     **_run_cells(run),
                     **({} if output is None else _channel_cells(output)),

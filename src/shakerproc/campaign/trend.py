@@ -141,10 +141,10 @@ def _cost(one: PeakSummary, other: PeakSummary) -> float:
     shift = abs(math.log(one.frequency_hz / other.frequency_hz))
     if shift > OCTAVE:
         return NEVER
-    alike = _shape_mac(one, other)
-    if math.isnan(alike):
+    mac = _shape_mac(one, other)
+    if math.isnan(mac):
         return shift
-    return NEVER if alike < LEAST_MAC else 1.0 - alike + shift
+    return NEVER if mac < LEAST_MAC else 1.0 - mac + shift
 
 
 def _shape_mac(one: PeakSummary, other: PeakSummary) -> float:

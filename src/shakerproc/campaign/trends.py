@@ -37,8 +37,12 @@ def main_peak(run: RunSummary, channel: str) -> PeakSummary | None:
         return None
     if any(flag.channel == channel for flag in run.unusable):
         return None
-    found = next((c for c in run.channels if c.name == channel), None)
-    return found.psd_peaks[0] if found is not None and found.psd_peaks else None
+    channel_summary = next((c for c in run.channels if c.name == channel), None)
+    return (
+        channel_summary.psd_peaks[0]
+        if channel_summary is not None and channel_summary.psd_peaks
+        else None
+    )
 
 
 def trend_channel(runs: Sequence[RunSummary]) -> str:
@@ -246,8 +250,8 @@ def trend_over(
         str(p.x),
     )
     ordered = {name: tuple(sorted(points, key=key)) for name, points in sorted(series.items())}
-    told = [*remarks_on_trend(taken), *_jumps(ordered, taken)]
-    caption = " ".join([request.caption, ending.format(_how(taken)), *told])
+    sentences = [*remarks_on_trend(taken), *_jumps(ordered, taken)]
+    caption = " ".join([request.caption, ending.format(_how(taken)), *sentences])
     if left_out:
         caption += f" Left out: {'; '.join(left_out)}."
     return Trend(request.name, request.title, caption, label_of(request.x), channel, ordered)
@@ -347,13 +351,13 @@ def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
     """
     for column, excitation, equal in _ASKED:
         request = TrendRequest("", "", "", column, equal, (("excitation", excitation),))
-        alike = [one for one in tests if one.facts.get("excitation") == excitation]
-        found = trend_over(alike, request, "", "")
-        if found is None or not found.numeric:
+        same_excitation = [one for one in tests if one.facts.get("excitation") == excitation]
+        shift_trend = trend_over(same_excitation, request, "", "")
+        if shift_trend is None or not shift_trend.numeric:
             continue
         spans = [
             (abs(points[-1].frequency_hz - points[0].frequency_hz), label, points)
-            for label, points in found.series.items()
+            for label, points in shift_trend.series.items()
             if len({p.x for p in points}) >= 2
         ]
         if spans:
@@ -366,14 +370,14 @@ def shift_sentence(tests: Sequence[TrendValue], name: str) -> str:
 
 def _remarks(ends: Sequence[TrendValue]) -> list[str]:
     """Return remarks on the first and the last test of a shift, a sentence each."""
-    told = remarks_on_trend(ends)
+    remarks = remarks_on_trend(ends)
     first, last = (one.test for one in ends)
     if last in ends[0].unsure:
-        told.append(
+        remarks.append(
             f"Fewer than three sensors cannot tell whether test {first} and test {last} show "
             "one mode."
         )
-    return told
+    return remarks
 
 
 def _sentence(name: str, points: Sequence[TrendPoint], column: str, where: str) -> str:
@@ -421,7 +425,7 @@ the series."""
 
 def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
     """Return the trends of each mode that is seen in several tests, by its number from 1."""
-    found = {}
+    columns = {}
     for number, track in enumerate(analysis.tracks, 1):
         seen = seen_of(analysis, track)
         requests = [*standard_trends(seen), *(_request(*one) for one in FURTHER.items())]
@@ -431,13 +435,13 @@ def trends_of_modes(analysis: ModalAnalysis) -> dict[int, list[Trend]]:
         ]
         kept = {trend.name: trend for trend in drawn if trend is not None}
         if kept:
-            found[number] = list(kept.values())
-    return found
+            columns[number] = list(kept.values())
+    return columns
 
 
 def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
     """Return the shift of each mode with clearance or level, a sentence each."""
-    told = (
+    shifts = (
         shift_sentence(
             seen_of(analysis, track),
             f"frequency of mode {number} ({numeral(_track_frequency(analysis, track), 4)} Hz)",
@@ -445,19 +449,21 @@ def mode_shifts(analysis: ModalAnalysis) -> tuple[str, ...]:
         for number, track in enumerate(analysis.tracks, 1)
         if len(track.sightings) > 1
     )
-    return tuple(text for text in told if text)
+    return tuple(text for text in shifts if text)
 
 
 def seen_of(analysis: ModalAnalysis, track: Track) -> list[TrendValue]:
     """Return the frequency of a mode in every test, and how far its interval reaches."""
     modes = {sighting.test: sighting.mode for sighting in track.sightings}
-    found = []
+    trend_values = []
     for place, one in enumerate(analysis.tests):
         mode = modes.get(place)
         low, high = (0.0, 0.0) if mode is None else one.modes.frequency_bounds[:, mode]
         frequency = None if mode is None else float(one.modes.frequency[mode])
-        found.append(TrendValue(one.name, _facts(analysis, one), frequency, float(high - low)))
-    return found
+        trend_values.append(
+            TrendValue(one.name, _facts(analysis, one), frequency, float(high - low))
+        )
+    return trend_values
 
 
 def _facts(analysis: ModalAnalysis, one: TestModes) -> Mapping[str, Value]:
@@ -497,7 +503,7 @@ def _trend(
         ),
     )
     ending = "Natural frequency with its 95 % interval."
-    found = trend_over(seen, asked, f"mode {number}", ending)
-    if found is None:
+    mode_trend = trend_over(seen, asked, f"mode {number}", ending)
+    if mode_trend is None:
         return None
-    return replace(found, quantity="natural frequency [Hz]", bars="95 % interval")
+    return replace(mode_trend, quantity="natural frequency [Hz]", bars="95 % interval")

@@ -105,10 +105,10 @@ def _stopped(error: BaseException | None, written: "list[Path]") -> str:
     """Return the message of an interrupted program: the finished part of its work."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
-    left = [path for path in written if path.exists()]
-    kept = f"{left[0]} and all that was written before is whole" if left else ""
-    told = str(error) if error is not None else ""
-    return f"stopped by the user; {told or kept or 'nothing was written'}"
+    remaining = [path for path in written if path.exists()]
+    kept = f"{remaining[0]} and all that was written before is whole" if remaining else ""
+    reason = str(error) if error is not None else ""
+    return f"stopped by the user; {reason or kept or 'nothing was written'}"
 
 
 def _fill_closed_streams() -> None:

@@ -101,8 +101,8 @@ def tell(campaign: CampaignResult, document: dict[str, Any], root: Path) -> None
             output.warning(run.left_out)
     runs = [run for run in campaign.runs if run.status == "done"]
     expired = [[f.message for f in run.flags if f.kind == EXPIRED] for run in runs]
-    told = ((r.test, (*r.remarks, *more)) for r, more in zip(runs, expired, strict=True))
-    output.messages(by_tests(told))
+    messages = ((r.test, (*r.remarks, *more)) for r, more in zip(runs, expired, strict=True))
+    output.messages(by_tests(messages))
     number = document["counts"]
     parts = [f"{n} {name}" for name, n in number.items() if n or name == "processed"]
     whose = f" (peak frequency of {channel})" if channel else ""
@@ -228,9 +228,10 @@ def _print_test(one: TestModes) -> None:
     else:
         output.data(title)
     if modes.model is not None:
-        left = one.unexplained
+        unexplained = one.unexplained
         output.data(
-            f"residual rms {_span(left)} of the responses; intervals: {modes.interval_from}"
+            f"residual rms {_span(unexplained)} of the responses; "
+            f"intervals: {modes.interval_from}"
         )
     else:
         output.data(f"intervals: {modes.interval_from}")

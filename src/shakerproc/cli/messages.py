@@ -134,25 +134,25 @@ def after_comparing(model: Path, log: Path, *, explained: bool) -> None:
         output.next_step("ask which effect is missing", "diagnose", model, log)
 
 
-def after_diagnosis(found: "Diagnosis", model: Path, log: Path) -> None:
+def after_diagnosis(diagnosis: "Diagnosis", model: Path, log: Path) -> None:
     """Print the step after a diagnosis: adding its effect, or removing the obstacle."""
-    if found.verdict == "effect found":
-        effect = max(found.effects, key=lambda e: len(e.between))  # faults have one place
+    if diagnosis.verdict == "effect found":
+        effect = max(diagnosis.effects, key=lambda e: len(e.between))  # faults have one place
         new = model.with_name(f"{model.stem}-with-{effect.kind}.yaml")
         places = ("--between", ",".join(effect.between))
         add = ("add", effect.kind, model, log, *places, "-o", new)
         output.next_step("add it to the model", *add)
-    elif found.verdict == "measurement fault":
+    elif diagnosis.verdict == "measurement fault":
         text = "repair the sensor, or declare the fault in the log; then"
         output.next_step(text, "diagnose", model, log)
-    elif found.verdict == "outside library":
+    elif diagnosis.verdict == "outside library":
         new = model.with_name(f"{model.stem}-with-table.yaml")
         output.next_step("write the missing force into a model, without a name",
             "add", "table", model, log, "-o", new)  # fmt: skip
-    elif found.verdict == "nothing missing":
+    elif diagnosis.verdict == "nothing missing":
         output.next_step("nothing to add")
     else:
-        text = "run the next test above and enter it in the log" if found.next_test else (
+        text = "run the next test above and enter it in the log" if diagnosis.next_test else (
             "settle what is said above"
         )  # fmt: skip
         output.next_step(f"{text}; then", "diagnose", model, log)

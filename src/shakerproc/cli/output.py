@@ -305,9 +305,9 @@ def print_table(
     for row in cells:
         for text in tables.lines_of(row, layout, numeric):
             typer.echo(text)
-    told = layout.omission_text(elsewhere)
-    if told:
-        typer.echo(told)
+    omission = layout.omission_text(elsewhere)
+    if omission:
+        typer.echo(omission)
 
 
 def table_width() -> int | None:
@@ -329,11 +329,11 @@ def progress(what: str, total: int) -> Iterator[Callable[[str], None]]:
     A line comes where `TELL_EVERY` has passed since the last, so that a quick command has none.
     """
     if not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
-        told = [time.monotonic()]
+        sentences = [time.monotonic()]
 
         def say(text: str) -> None:
-            if time.monotonic() - told[0] >= TELL_EVERY:
-                told[0] = time.monotonic()
+            if time.monotonic() - sentences[0] >= TELL_EVERY:
+                sentences[0] = time.monotonic()
                 message(f"{what}: {text}")
 
         yield say

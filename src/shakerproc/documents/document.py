@@ -87,12 +87,12 @@ _WANTED: Final[Mapping[str, str]] = MappingProxyType({
 
 
 def _advice(errors: Sequence[ErrorDetails]) -> str:
-    found = errors[0]["input"]
+    value = errors[0]["input"]
     types = {error["type"] for error in errors}
-    if types == {"bool_type"} and isinstance(found, str):
-        meant = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(found.lower())
+    if types == {"bool_type"} and isinstance(value, str):
+        meant = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(value.lower())
         return f"; did you mean {meant}?" if meant else ""
-    if types == {"string_type"} and isinstance(found, int | float):
+    if types == {"string_type"} and isinstance(value, int | float):
         return "; put it in quotes"
     return ""
 
@@ -206,8 +206,8 @@ T = TypeVar("T", bound=BaseModel)
 
 def kind_of(keys: Iterable[object]) -> str:
     """Return the kind of a file with these keys, such as ``a model``; empty if unknown."""
-    found = set(keys)
-    return next((name for key, name in KINDS.items() if key in found), "")
+    names = set(keys)
+    return next((name for key, name in KINDS.items() if key in names), "")
 
 
 def kind_of_file(path: Path) -> str:
@@ -300,9 +300,9 @@ def _refuse_other_kind(path: Path, values: object, schema: type[BaseModel]) -> N
     if not isinstance(values, dict):
         return
     known = {field.alias or name for name, field in schema.model_fields.items()}
-    found, wanted = kind_of(set(values) - known), kind_of(known)
-    if found and wanted and wanted != kind_of(known & set(values)):
-        raise DocumentError(path, 1, 1, f"expected {wanted}, and this is {found}")
+    kind, wanted = kind_of(set(values) - known), kind_of(known)
+    if kind and wanted and wanted != kind_of(known & set(values)):
+        raise DocumentError(path, 1, 1, f"expected {wanted}, and this is {kind}")
 
 
 def _first_of(errors: list[ErrorDetails], path: Path, root: DocumentPlace) -> DocumentError:
@@ -314,15 +314,15 @@ def _first_of(errors: list[ErrorDetails], path: Path, root: DocumentPlace) -> Do
         aim = (*error["loc"], *error.get("ctx", {}).get("place", ()))
         missing = (aim[-1],) if error["type"] == "missing" else ()
         together.setdefault((*root.find(aim)[1], *missing), []).append(error)
-    found = [
+    problems = [
         _error_of(path, root, aim, some)
         for aim, some in together.items()
         if not _may_be_text(aim, some, together)
     ]
-    first = min(found, key=lambda error: (error.line, error.column))
-    if len(found) == 1:
+    first = min(problems, key=lambda error: (error.line, error.column))
+    if len(problems) == 1:
         return first
-    more = f"{first.says} (and {len(found) - 1} more below)"
+    more = f"{first.says} (and {len(problems) - 1} more below)"
     return DocumentError(path, first.line, first.column, more)
 
 
@@ -395,18 +395,20 @@ def _text_of(path: Path) -> str:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = data[: error.start].decode("utf-8-sig", errors="replace")
-        found = f"expected UTF-8 text, got the byte 0x{data[error.start]:02x}; save it as UTF-8"
-        raise DocumentError(path, *_line_and_column(before, len(before)), found) from error
+        problem = (
+            f"expected UTF-8 text, got the byte 0x{data[error.start]:02x}; save it as UTF-8"
+        )
+        raise DocumentError(path, *_line_and_column(before, len(before)), problem) from error
     text = text.replace("\r\n", "\n").replace("\r", "\n").translate(_SPACES)
     if match := _CONTROL.search(text):
-        found = f"expected text, got the control character 0x{ord(match[0]):02x}"
-        raise DocumentError(path, *_line_and_column(text, match.start()), found)
+        problem = f"expected text, got the control character 0x{ord(match[0]):02x}"
+        raise DocumentError(path, *_line_and_column(text, match.start()), problem)
     if match := _TAB.search(text):
         at = text.index("\t", match.start())
         raise DocumentError(path, *_line_and_column(text, at), "a tab; indent with spaces")
     if match := _DIRECTIVE.search(text):
-        found = 'a line may not begin with "%"; put the text in quotes'
-        raise DocumentError(path, *_line_and_column(text, match.start()), found)
+        problem = 'a line may not begin with "%"; put the text in quotes'
+        raise DocumentError(path, *_line_and_column(text, match.start()), problem)
     return text
 
 

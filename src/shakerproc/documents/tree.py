@@ -115,14 +115,14 @@ def _from_one(mark: yaml.Mark | None) -> tuple[int, int]:
 def _around(text: str, line: int, column: int) -> tuple[str, str]:
     """Return a line up to a column, and the rest of it."""
     lines = text.split("\n")
-    found = lines[line - 1] if line <= len(lines) else ""
-    return found[: column - 1], found[column - 1 :]
+    text_line = lines[line - 1] if line <= len(lines) else ""
+    return text_line[: column - 1], text_line[column - 1 :]
 
 
-def _on_first_character(found: str) -> str:
-    if found == "\t":
+def _on_first_character(character: str) -> str:
+    if character == "\t":
         return "a tab; indent with spaces"
-    return f'nothing may begin with "{found}"; put the text in quotes'
+    return f'nothing may begin with "{character}"; put the text in quotes'
 
 
 @final

@@ -99,14 +99,14 @@ def read_frd(path: Path) -> CalculixModes:
         If it holds none, is damaged or cut off; the line is named.
     """
     file = _ResultFile(path, _content(path))
-    found, steps = list(_shapes(file)), set(_steps(file))
+    mode_shapes, steps = list(_shapes(file)), set(_steps(file))
     if file.content.rstrip().rpartition(b"\n")[2].strip() != _END:
         raise file.error(
             len(file.content.rstrip()),
             "the file is cut off: it does not end with 9999. Let CalculiX write it again, "
             "as text",
         )
-    if not found:
+    if not mode_shapes:
         raise ExchangeError(
             f"{path.name}: no displacements of modes; ask for them with U below *NODE FILE in "
             f"a step with *FREQUENCY"
@@ -115,14 +115,14 @@ def read_frd(path: Path) -> CalculixModes:
         raise ExchangeError(
             f"{path.name}: results of {len(steps)} steps; keep the step with *FREQUENCY alone"
         )
-    nodes = found[0][1]
-    for i, (_, other, _) in enumerate(found, 1):
+    nodes = mode_shapes[0][1]
+    for i, (_, other, _) in enumerate(mode_shapes, 1):
         if not np.array_equal(nodes, other):
             raise ExchangeError(f"{path.name}: mode {i} has other nodes than mode 1")
-    frequencies = np.array([one[0] for one in found])
+    frequencies = np.array([one[0] for one in mode_shapes])
     printed = path.with_suffix(".dat")
     shares = _participations(printed, frequencies) if printed.is_file() else {}
-    shapes = np.stack([shape for _, _, shape in found], axis=-1)
+    shapes = np.stack([shape for _, _, shape in mode_shapes], axis=-1)
     return CalculixModes(
         tuple(map(int, nodes)), frequencies, shapes, _positions(file), shares
     )  # fmt: skip
@@ -247,17 +247,17 @@ def _tables(path: Path, lines: list[str]) -> tuple[FloatArray, dict[str, FloatAr
 
 def _rows(lines: list[str], after: int) -> list[list[float]]:
     """Return the first rows of numbers behind a line, up to the blank one that ends them."""
-    found: list[list[float]] = []
+    rows: list[list[float]] = []
     for line in lines[after + 1 :]:
         try:
             numbers = [float(word) for word in line.split()]
         except ValueError:
             continue
         if numbers:
-            found.append(numbers)
-        elif found:
+            rows.append(numbers)
+        elif rows:
             break
-    return found
+    return rows
 
 
 def _numbers_of(lines: bytes, start: int, width: int, columns: int) -> FloatArray:

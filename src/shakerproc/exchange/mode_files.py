@@ -46,10 +46,10 @@ def read_mode_file(path: Path) -> ModeTable:
     ExchangeError
         If it holds none, or cannot be used.
     """
-    found = READERS[path.suffix.lower()](path)
-    highest = float(np.max(found.frequencies, initial=0.0))
-    frequencies = np.where(found.frequencies < RIGID * highest, 0.0, found.frequencies)
-    return replace(found, frequencies=frequencies)
+    table = READERS[path.suffix.lower()](path)
+    highest = float(np.max(table.frequencies, initial=0.0))
+    frequencies = np.where(table.frequencies < RIGID * highest, 0.0, table.frequencies)
+    return replace(table, frequencies=frequencies)
 
 
 def _read_table(path: Path) -> ModeTable:
@@ -96,17 +96,17 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
     """
     if len(row) != len(header):
         raise ExchangeError(f"{path.name}:{line}: {len(row)} values for {len(header)} columns")
-    found = []
+    values = []
     for name, text in zip(header, row, strict=True):
         try:
-            found.append(float(text))
+            values.append(float(text))
         except ValueError:
-            found.append(math.nan)
-        if not math.isfinite(found[-1]):
+            values.append(math.nan)
+        if not math.isfinite(values[-1]):
             raise ExchangeError(
                 f"{path.name}:{line}: expected a number for {name!r}, got {text!r}"
             )
-    return found
+    return values
 
 
 def _read_uff(path: Path) -> ModeTable:
@@ -221,13 +221,13 @@ def _geometry(
     """
     content = path.read_bytes()
     try:
-        found = list(data_sets(content))
-        units = units_of(content, found)
-        wireframe, _ = wireframe_of(content, found, units)
+        uff_sets = list(data_sets(content))
+        units = units_of(content, uff_sets)
+        wireframe, _ = wireframe_of(content, uff_sets, units)
     except UffError as error:
         raise ExchangeError(f"{path.name}: {error}") from error
-    if found[-1].cut:
-        line = content.count(b"\n", 0, found[-1].start)
+    if uff_sets[-1].cut:
+        line = content.count(b"\n", 0, uff_sets[-1].start)
         raise ExchangeError(
             f"{path.name}:{line}: the file is cut off in this data set; write it again"
         )
@@ -238,24 +238,24 @@ def _geometry(
 
 def _read_punch(path: Path) -> ModeTable:
     """Return the eigenvectors of a punch file, as Nastran normalises them: for unit mass."""
-    found = read_modes(path)
-    places = tuple(f"{point}/{axis}" for point in found.points for axis in COMPONENTS)
-    frequencies = np.sqrt(np.maximum(found.eigenvalues, 0.0)) / (2.0 * np.pi)
-    shapes = np.asarray(found.values.real).reshape(len(places), -1)
+    punched = read_modes(path)
+    places = tuple(f"{point}/{axis}" for point in punched.points for axis in COMPONENTS)
+    frequencies = np.sqrt(np.maximum(punched.eigenvalues, 0.0)) / (2.0 * np.pi)
+    shapes = np.asarray(punched.values.real).reshape(len(places), -1)
     return ModeTable(places, frequencies, shapes, units="no units")
 
 
 def _read_op2(path: Path) -> ModeTable:
     """Return the eigenvectors of an OP2 file, for unit mass."""
-    found = read_op2(path)
-    places = tuple(f"{node}/{axis}" for node in found.nodes for axis in COMPONENTS)
+    modes = read_op2(path)
+    places = tuple(f"{node}/{axis}" for node in modes.nodes for axis in COMPONENTS)
     return ModeTable(
         places,
-        found.frequencies,
-        found.shapes.reshape(len(places), -1),
+        modes.frequencies,
+        modes.shapes.reshape(len(places), -1),
         positions={
             f"{node}/{axis}": place
-            for node, place in found.positions.items()
+            for node, place in modes.positions.items()
             for axis in COMPONENTS
         },
         units="no units",
@@ -266,17 +266,17 @@ def _of_calculix(read: Callable[[Path], CalculixModes]) -> Callable[[Path], Mode
     """Return a reader of modes that CalculiX normalised: for unit mass."""
 
     def reader(path: Path) -> ModeTable:
-        found = read(path)
-        directions = COMPONENTS[: found.shapes.shape[1]]
+        table = read(path)
+        directions = COMPONENTS[: table.shapes.shape[1]]
         return ModeTable(
-            tuple(f"{node}/{axis}" for node in found.nodes for axis in directions),
-            found.frequencies,
-            found.shapes.reshape(-1, found.frequencies.size),
-            participations=found.participations,
+            tuple(f"{node}/{axis}" for node in table.nodes for axis in directions),
+            table.frequencies,
+            table.shapes.reshape(-1, table.frequencies.size),
+            participations=table.participations,
             positions={
-                f"{node}/{axis}": found.positions[node]
-                for node in found.nodes
-                if node in found.positions
+                f"{node}/{axis}": table.positions[node]
+                for node in table.nodes
+                if node in table.positions
                 for axis in directions
             },
             units="no units",

@@ -89,14 +89,14 @@ def _sections(
 
 def cards_of(text: str) -> list[list[str]]:
     """Return the large-field cards of a deck, each its name and its fields."""
-    found: list[list[str]] = []
+    rows: list[list[str]] = []
     for line in text.partition("BEGIN BULK\n")[2].splitlines():
         fields = [line[8 + 16 * i : 24 + 16 * i].strip() for i in range(4)]
         if line.startswith("*"):
-            found[-1] += fields
+            rows[-1] += fields
         elif line[:8].rstrip().endswith("*"):
-            found.append([line[:8].rstrip(" *"), *fields])
-    return found
+            rows.append([line[:8].rstrip(" *"), *fields])
+    return rows
 
 
 @final

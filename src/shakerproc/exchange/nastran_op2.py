@@ -107,10 +107,10 @@ def _tables(path: Path, file: BinaryIO) -> tuple[str, Tables]:
         )
     order = orders[first]
     wanted = {*_SHAPES, *_VALUES, *_NODES}
-    found: Tables = {}
+    tables: Tables = {}
     walk = _blocks(path, file, order)
     key = _key(path, walk, order)
-    begun = True
+    in_table = True
     while key != 0:
         name = next(walk)[1].decode("latin-1").strip()
         records: list[Record] = [[]]
@@ -119,15 +119,15 @@ def _tables(path: Path, file: BinaryIO) -> tuple[str, Tables]:
                 records.append([])
             else:
                 _, block = next(walk)
-                if begun or name in wanted:
+                if in_table or name in wanted:
                     records[-1].append(block)
-        if begun and not any(_TITLE in block for block in records[0]):
+        if in_table and not any(_TITLE in block for block in records[0]):
             raise ExchangeError(f"{path.name}: no OP2 of Nastran; write it with PARAM,POST,-1")
-        begun = False
+        in_table = False
         if name in wanted:
-            found[name] = found.get(name, []) + records[3:]  # after name, sizes and date
+            tables[name] = tables.get(name, []) + records[3:]  # after name, sizes and date
         key = _key(path, walk, order)
-    return order, found
+    return order, tables
 
 
 def _blocks(path: Path, file: BinaryIO, order: str) -> Iterator[tuple[int, bytes]]:
@@ -234,8 +234,8 @@ def _eigenvectors(
     if not numbers or not nodes.size:
         raise ExchangeError(f"{path.name}: no real eigenvectors of grid points")
     if len(cases) > 1:
-        told = ", ".join(map(str, sorted(cases)))
-        raise ExchangeError(f"{path.name}: modes of subcases {told}; write one of them alone")
+        text = ", ".join(map(str, sorted(cases)))
+        raise ExchangeError(f"{path.name}: modes of subcases {text}; write one of them alone")
     points_of = tuple(int(node) for node in nodes)
     return numbers, points_of, np.array(eigenvalues), np.moveaxis(np.array(shapes), 0, -1)
 
@@ -249,18 +249,18 @@ def _modal_masses(path: Path, tables: Tables, order: str) -> dict[int, float]:
         If one is not above 0.
     """
     row = np.dtype([("mode", f"{order}i4"), ("order", f"{order}i4"), ("v", f"{order}f4", 5)])
-    found: dict[int, float] = {}
+    values: dict[int, float] = {}
     for name in _VALUES:
         for _, rows in _pairs(path, tables.get(name, [])):
             for one in np.frombuffer(rows[: len(rows) // row.itemsize * row.itemsize], row):
-                found[int(one["mode"])] = float(one["v"][3])
-    wrong = next((mode for mode, mass in found.items() if not mass > 0.0), None)
+                values[int(one["mode"])] = float(one["v"][3])
+    wrong = next((mode for mode, mass in values.items() if not mass > 0.0), None)
     if wrong is not None:
         raise ExchangeError(
-            f"{path.name}: mode {wrong} has a generalised mass of {found[wrong]:g}: its "
+            f"{path.name}: mode {wrong} has a generalised mass of {values[wrong]:g}: its "
             "shape cannot be normalised; ask for NORM=MASS on EIGRL"
         )
-    return found
+    return values
 
 
 def _positions(tables: Tables, order: str) -> dict[int, Place]:
@@ -269,7 +269,7 @@ def _positions(tables: Tables, order: str) -> dict[int, Place]:
         ("id", f"{order}i4"), ("cp", f"{order}i4"), ("x", f"{order}f4", 3),
         ("cd", f"{order}i4"), ("ps", f"{order}i4"), ("seid", f"{order}i4"),
     ])  # fmt: skip
-    found: dict[int, Place] = {}
+    places: dict[int, Place] = {}
     for name in _NODES:
         for record in tables.get(name, []):
             whole = b"".join(record[1:])
@@ -278,5 +278,5 @@ def _positions(tables: Tables, order: str) -> dict[int, Place]:
                 for one in np.frombuffer(whole[12:], card):
                     if one["cp"] == 0 and one["cd"] == 0:
                         x, y, z = map(float, one["x"])
-                        found[int(one["id"])] = (x, y, z)
-    return found
+                        places[int(one["id"])] = (x, y, z)
+    return places

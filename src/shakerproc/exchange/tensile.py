@@ -131,8 +131,8 @@ def _column(
     title = titles[column]
     written = units[column] if column < len(units) and units[column] else ""
     if not written:
-        found = re.search(r"[\[(_ ,]\s*([A-Za-zµ]+)\s*[\])]?\s*$", title)
-        written = found.group(1) if found else ""
+        match = re.search(r"[\[(_ ,]\s*([A-Za-zµ]+)\s*[\])]?\s*$", title)
+        written = match.group(1) if match else ""
     if written.lower() not in factors:
         raise ExchangeError(
             f"{where}: column {title!r} has no unit that is known here"
@@ -185,7 +185,7 @@ class JointStiffness:
         Sum of the last forces over sum of the last displacements [N/m].
     slope : Slope
         Mean slope of the last runs, the bounds from their scatter [N/m].
-    settled : bool
+    converged : bool
         False where the runs that count still stiffen from one to the next.
     """
 
@@ -194,7 +194,7 @@ class JointStiffness:
     slopes: tuple[Slope, ...]
     thesis: float
     slope: Slope
-    settled: bool
+    converged: bool
 
 
 def joint_stiffness(
@@ -242,7 +242,7 @@ def joint_stiffness(
         slopes=slopes,
         thesis=float(counted[:, 1].sum() / counted[:, 0].sum()),
         slope=_mean_slope(np.array([s.value for s in slopes[-last:]])),
-        settled=not _still_stiffens(slopes[-last:]),
+        converged=not _still_stiffens(slopes[-last:]),
     )
 
 

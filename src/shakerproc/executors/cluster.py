@@ -51,13 +51,13 @@ _LOST: Final = (
 
 def versions() -> dict[str, str]:
     """Return the version of everything that may decide the last digit of a result."""
-    found = {"shakerproc": __version__}
+    texts = {"shakerproc": __version__}
     for name in _DECIDING:
         try:
-            found[name] = version(name)
+            texts[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "none"
-    return found
+            texts[name] = "none"
+    return texts
 
 
 class _WorkerChild(threading.local):
@@ -319,8 +319,8 @@ def _outcome(future: "Future", name: str, watch: _Watch, address: str) -> TaskOu
         except CancelledError as error:
             raise ClusterError(_LOST.format(address)) from error
         except KilledWorker:
-            told = "the workers that took it died, one after the other"
-            return TaskOutcome(name, cause="killed", error=told)
+            text = "the workers that took it died, one after the other"
+            return TaskOutcome(name, cause="killed", error=text)
         except Exception as error:  # noqa: BLE001 - such as a worker without shakerproc
             line = " ".join(f"{type(error).__name__}: {error}".split())
             return TaskOutcome(name, cause="error", error=f"the worker could not begin: {line}")

@@ -99,6 +99,7 @@ def _attempt(work: Callable[[Any], object], argument: bytes) -> bytes:
     try:
         given = pickle.loads(argument)  # noqa: S301 - from our parent, by its own pipe
         report = {"value": work(given), "cause": "", "error": "", "detail": ""}
+        # JSON: what does not unpickle would cost the other runs of the pool (decision 4)
         return json.dumps(report, allow_nan=False).encode()
     except MemoryError:
         return _failure(

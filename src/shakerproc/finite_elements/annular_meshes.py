@@ -356,10 +356,10 @@ def named_modes(coupon: Coupon, count: int = 6) -> tuple[NamedMode, ...]:
     count : int
         How many.
     """
-    found = _lowest(coupon, count)
+    frequencies = _lowest(coupon, count)
     columns: dict[str, dict[tuple[int, int], float]] = {model: {} for model in MODELS}
-    for n in sorted({n for n, _ in found}):
-        circles = 1 + max(s for m, s in found if m == n)
+    for n in sorted({n for n, _ in frequencies}):
+        circles = 1 + max(s for m, s in frequencies if m == n)
         ratio = coupon.clamped_radius / coupon.outer_radius
         roots = plate_roots(ratio, coupon.material.poissons_ratio, n, circles)
         for s, root in enumerate(roots):
@@ -369,11 +369,11 @@ def named_modes(coupon: Coupon, count: int = 6) -> tuple[NamedMode, ...]:
         for model, clamp in (("solid, all nodes", "all nodes"), ("solid, faces", "faces")):
             solid = solid_frequencies(coupon, n, circles, clamp=clamp)  # type: ignore[arg-type]
             columns[model] |= {(n, s): float(f) for s, f in enumerate(solid)}
-    columns["Mindlin"] = found
+    columns["Mindlin"] = frequencies
     columns["shell mesh"] = _shells(coupon, count)
     return tuple(
         NamedMode(n, s, {m: columns[m][n, s] for m in MODELS if (n, s) in columns[m]})
-        for n, s in found
+        for n, s in frequencies
     )
 
 
@@ -382,10 +382,10 @@ def _lowest(coupon: Coupon, count: int) -> dict[tuple[int, int], float]:
     modes: dict[tuple[int, int], float] = {}
     n = 0
     while True:
-        found = mindlin_modes(coupon, n, count).frequencies
-        modes |= {(n, s): float(f) for s, f in enumerate(found)}
+        frequencies = mindlin_modes(coupon, n, count).frequencies
+        modes |= {(n, s): float(f) for s, f in enumerate(frequencies)}
         lowest = sorted(modes.items(), key=lambda item: item[1])[:count]
-        if n > 1 and found[0] > lowest[-1][1]:
+        if n > 1 and frequencies[0] > lowest[-1][1]:
             return dict(lowest)
         n += 1
 

@@ -108,15 +108,15 @@ def plate_frequency(
 
 
 def _roots(function: Callable[[float], float], step: float, count: int) -> list[float]:
-    found: list[float] = []
-    left, value = 0.5, function(0.5)
-    while len(found) < count:
-        right = left + step
+    values: list[float] = []
+    start, value = 0.5, function(0.5)
+    while len(values) < count:
+        right = start + step
         after = function(right)
         if np.sign(value) != np.sign(after):
-            found.append(float(brentq(function, left, right, xtol=1e-14, rtol=1e-14)))
-        left, value = right, after
-    return found
+            values.append(float(brentq(function, start, right, xtol=1e-14, rtol=1e-14)))
+        start, value = right, after
+    return values
 
 
 def _determinant(value: float, ratio: float, poisson: float, n: int) -> float:

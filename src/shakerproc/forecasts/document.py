@@ -29,41 +29,41 @@ def as_shown(unit: str, *values: float | None) -> tuple[str, list[float | None]]
     return name, [None if value is None else value / factor for value in values]
 
 
-def headline(found: CampaignForecast) -> str:
+def headline(forecast: CampaignForecast) -> str:
     """Return go or no-go of all planned tests, with the limit that decides."""
-    judged = [(one, limit) for one in found.tests for limit in one.limits]
+    judged = [(one, limit) for one in forecast.tests for limit in one.limits]
     if not judged:
         return "no verdict: the log has no limits; add limits: {ch3: 40 g peak}, say"
     test, worst = max(judged, key=lambda pair: pair[1].probability)
-    told = f"test {test.planned.test.id} exceeds {worst.name} {limit_text(worst)}"
-    if all(one.go for one in found.tests):
-        return f"go: every limit is kept; at most {percent(worst.probability)} that {told}"
-    verdict = f"no-go: {told} with a probability of {percent(worst.probability)}"
+    text = f"test {test.planned.test.id} exceeds {worst.name} {limit_text(worst)}"
+    if all(one.go for one in forecast.tests):
+        return f"go: every limit is kept; at most {percent(worst.probability)} that {text}"
+    verdict = f"no-go: {text} with a probability of {percent(worst.probability)}"
     plan = test.notch
-    if plan is None or plan.found is None:
+    if plan is None or plan.notched is None:
         return verdict
     return f"{verdict}; notched, each limit is kept with {percent(plan.wish.probability)}"
 
 
 def sentences(one: TestForecast) -> list[str]:
     """Return the findings on a planned test, a sentence each."""
-    found = [*departures(one), *(_of_limit(one, judged) for judged in one.limits)]
-    return found if one.notch is None else [*found, *of_notches(one, one.notch)]
+    texts = [*departures(one), *(_of_limit(one, judged) for judged in one.limits)]
+    return texts if one.notch is None else [*texts, *of_notches(one, one.notch)]
 
 
 def departures(one: TestForecast) -> list[str]:
     """Return where responses depart from linear scaling, and why, a sentence each."""
-    found = [*filter(None, (_departure(one, name) for name in one.run.motion.responses))]
-    if found and one.reasons:
-        found.append(f"Why: {'; '.join(one.reasons)}.")
+    texts = [*filter(None, (_departure(one, name) for name in one.run.motion.responses))]
+    if texts and one.reasons:
+        texts.append(f"Why: {'; '.join(one.reasons)}.")
     for quantity, value in one.swept_back.items():
         unit, factor = SHOWN.get(quantity.unit, (quantity.unit, 1.0))
         there, here = (numeral(v / factor) for v in (value, one.spreads[quantity].value))
-        found.append(
+        texts.append(
             f"Swept the other way, {quantity.name} reaches {there} {unit} instead of {here} "
             f"{unit}: it depends on where the sweep comes from."
         )
-    return found
+    return texts
 
 
 def _of_limit(one: TestForecast, judged: JudgedLimit) -> str:
@@ -76,29 +76,29 @@ def _of_limit(one: TestForecast, judged: JudgedLimit) -> str:
 
 def of_notches(one: TestForecast, plan: NotchPlan) -> list[str]:
     """Return the effects of notches on a planned test, a sentence each."""
-    found = []
-    if plan.found is not None:
+    texts = []
+    if plan.notched is not None:
         each = f"each limit with {percent(plan.wish.probability)}"
-        found.append(f"Notches keep {each}: {_taken(one, plan.found)}.")
+        texts.append(f"Notches keep {each}: {_taken(one, plan.notched)}.")
         rows: dict[str, list[str]] = {}
-        for quantity, cost in plan.found.cost_db.items():
+        for quantity, cost in plan.notched.cost_db.items():
             word = "its largest value" if quantity.what == "peak" else quantity.what
             rows.setdefault(quantity.name, []).append(f"{cost:.1f} dB of {word}")
-        found += [f"They cost {name} {' and '.join(told)}." for name, told in rows.items()]
-        found.append(f"Under other phases {_exceeded(one, plan.found)}.")
+        texts += [f"They cost {name} {' and '.join(told)}." for name, told in rows.items()]
+        texts.append(f"Under other phases {_exceeded(one, plan.notched)}.")
     elif plan.needless:
-        found.append(f"No notch is needed: {plan.why_none}.")
+        texts.append(f"No notch is needed: {plan.why_none}.")
     else:
         levels = [judged.level_db for judged in one.limits]
         known = [level for level in levels if level is not None]
         to = f" to {raised_level_text(one.planned.test, min(known))}" if known else ""
-        found.append(f"No notch keeps every limit: {plan.why_none}{to}.")
+        texts.append(f"No notch keeps every limit: {plan.why_none}{to}.")
     if plan.by_force is not None:
-        found.append(
+        texts.append(
             f"Force limiting (NASA-HDBK-7004C, C^2 = {C_SQUARED:g}) would take "
             f"{_taken(one, plan.by_force)}: {_exceeded(one, plan.by_force)}."
         )
-    return found
+    return texts
 
 
 def _taken(one: TestForecast, notched: NotchedTest) -> str:
@@ -118,7 +118,7 @@ def _exceeded(one: TestForecast, notched: NotchedTest) -> str:
 
 def _departure(one: TestForecast, name: str) -> str:
     """Return where a response departs from linear scaling by more than its band."""
-    told = []
+    parts = []
     for quantity, spread in one.spreads.items():
         if quantity.whose != "response" or quantity.name != name:
             continue
@@ -126,17 +126,17 @@ def _departure(one: TestForecast, name: str) -> str:
         if spread.holds(linear):
             continue
         if quantity.what == "peak_frequency_hz":
-            told.append(
+            parts.append(
                 f"its peak moves from {numeral(linear, 4)} to {numeral(spread.value, 4)} Hz"
             )
         else:
-            apart = decibels(spread.value / linear)
-            word = "more" if apart > 0.0 else "less"
-            told.append(f"{quantity.what} is {numeral(abs(apart), 2)} dB {word}")
-    if not told:
+            change_db = decibels(spread.value / linear)
+            word = "more" if change_db > 0.0 else "less"
+            parts.append(f"{quantity.what} is {numeral(abs(change_db), 2)} dB {word}")
+    if not parts:
         return ""
     run = one.run.measured
-    return f"{name} departs from linear scaling of test {run.name}: {', '.join(told)}."
+    return f"{name} departs from linear scaling of test {run.name}: {', '.join(parts)}."
 
 
 def owner(quantity: Quantity) -> str:
@@ -164,15 +164,15 @@ def limit_text(judged: JudgedLimit) -> str:
     return f"{numeral(limit.value / factor)} {unit}"
 
 
-def document_of(found: CampaignForecast) -> dict[str, Any]:
+def document_of(forecast: CampaignForecast) -> dict[str, Any]:
     """Return a forecast as JSON holds it: SI units, 90 % bands."""
     kinds = ("rms", "peak", "peak_frequency_hz")
     errors = {}
     for kind in kinds:
         quantity = next(
-            q for q in found.tests[0].spreads if q.whose == "response" and q.what == kind
+            q for q in forecast.tests[0].spreads if q.whose == "response" and q.what == kind
         )
-        one = found.evidence.error(quantity)
+        one = forecast.evidence.error(quantity)
         if one is not None:
             errors[kind] = {
                 "fitted_db": one.fitted_db, "growth_db_per_db": one.growth,
@@ -180,8 +180,8 @@ def document_of(found: CampaignForecast) -> dict[str, Any]:
             }  # fmt: skip
     return {
         "schema": SCHEMA,
-        "title": found.title,
-        "tests": [_test(one) for one in found.tests],
+        "title": forecast.title,
+        "tests": [_test(one) for one in forecast.tests],
         "model_error": errors,
         "levels": [
             {
@@ -190,10 +190,10 @@ def document_of(found: CampaignForecast) -> dict[str, Any]:
                 "measured": one.measured, "error_db": one.error_db,
                 "carried_db": one.carried_db,
             }
-            for one in found.evidence.errors
+            for one in forecast.evidence.errors
         ],
-        "last_step": _step(found.step),
-        "notes": list(found.notes),
+        "last_step": _step(forecast.step),
+        "notes": list(forecast.notes),
     }  # fmt: skip
 
 
@@ -225,7 +225,7 @@ def _test(one: TestForecast) -> dict[str, Any]:
         else:
             rows.setdefault(quantity.name, {})[quantity.what] = _number(one, quantity)
     test = one.planned.test
-    found = {
+    entries = {
         "id": test.id,
         "level": raised_level_text(test),
         "go": one.go,
@@ -252,23 +252,26 @@ def _test(one: TestForecast) -> dict[str, Any]:
         "swept_back": {q.name: {q.what: value} for q, value in one.swept_back.items()},
         "sentences": sentences(one),
     }
-    return found if one.notch is None else {**found, **_notch_plan(one, one.notch)}
+    return entries if one.notch is None else {**entries, **_notch_plan(one, one.notch)}
 
 
 def _notch_plan(one: TestForecast, plan: NotchPlan) -> dict[str, Any]:
     """Return a notch plan as JSON: breakpoints in the unit that their key names."""
-    found = plan.found
-    told: dict[str, Any] = {
+    notched = plan.notched
+    plan_entries: dict[str, Any] = {
         "probability": plan.wish.probability,
         "edges_db_per_octave": plan.wish.slope,
         "why_none": plan.why_none or None,
     }
-    if found is not None:
-        told |= _notched(one, found)
+    if notched is not None:
+        plan_entries |= _notched(one, notched)
     if plan.by_force is not None:
-        own = {"c_squared": C_SQUARED, "notch": _breakpoints(plan.by_force)}
-        told["force_limited"] = own | _notched(one, plan.by_force)
-    return {"notch": [] if found is None else _breakpoints(found), "notch_plan": told}
+        force_limiting = {"c_squared": C_SQUARED, "notch": _breakpoints(plan.by_force)}
+        plan_entries["force_limited"] = force_limiting | _notched(one, plan.by_force)
+    return {
+        "notch": [] if notched is None else _breakpoints(notched),
+        "notch_plan": plan_entries,
+    }
 
 
 def _breakpoints(notched: NotchedTest) -> list[dict[str, float]]:

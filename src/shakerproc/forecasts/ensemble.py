@@ -69,7 +69,7 @@ class Planned:
         What it excites, and within which responses are recorded [Hz].
     spreads : (float, (n_sensors,) array)
         Standard uncertainty of the gain of the input and of each response [-].
-    carried : float, optional
+    shaker_mass : float, optional
         Mass that the shaker moves besides the model [kg].
     table : bool
         Whether the motion of the table is judged.
@@ -81,7 +81,7 @@ class Planned:
     excited: tuple[float, float]
     compared: tuple[float, float]
     spreads: tuple[float, FloatArray]
-    carried: float | None = None
+    shaker_mass: float | None = None
     table: bool = False
 
     @property
@@ -135,21 +135,23 @@ class Ensemble:
             Of the other test; draws that are here and there count.
         """
         _, mine, other = np.intersect1d(self.draws, there.draws, return_indices=True)
-        found = {}
+        changed = {}
         for quantity, values in self.values.items():
             before, after = values[mine], there.values[quantity][other]
-            found[quantity] = values * np.exp(np.mean(np.log(after / before)))
-        return replace(self, values=found)
+            changed[quantity] = values * np.exp(np.mean(np.log(after / before)))
+        return replace(self, values=changed)
 
 
 def spreads_of(tests: tuple[Measured, ...]) -> tuple[float, FloatArray]:
     """Return the standard uncertainty of the gain of the input and of each response [-]."""
-    found = []
+    sensor_spreads = []
     for test in tests:
         n = len(test.controls)
         each = np.array(test.gain_spread)
-        found.append((float(np.sqrt(np.sum(each[:n] ** 2))) / n, each[n:]))
-    return max(one for one, _ in found), np.max([each for _, each in found], axis=0)
+        sensor_spreads.append((float(np.sqrt(np.sum(each[:n] ** 2))) / n, each[n:]))
+    return max(one for one, _ in sensor_spreads), np.max(
+        [each for _, each in sensor_spreads], axis=0
+    )
 
 
 def n_draws(planned: Planned) -> int:
@@ -246,13 +248,13 @@ def ensemble(
         rows = np.array(list(motion.responses.values()))
         spectra = densities(rows, motion.sample_rate, planned.excited)
         largest = partial(_largest, longer, generator)
-        values.append(values_of_motion(model, motion, spectra, largest, planned.carried))
+        values.append(values_of_motion(model, motion, spectra, largest, planned.shaker_mass))
         frequency = spectra[0].frequency
         drawn_densities.append([
             one.values * gain**2 for one, gain in zip(spectra, off, strict=True)
         ])
         for quantity, rows_of in passed.items():
-            samples = samples_of(quantity, model, motion, planned.carried)
+            samples = samples_of(quantity, model, motion, planned.shaker_mass)
             rows_of.append(passage(planned.test, motion, samples))
     if 2 * len(values) < count:
         where = f"in {count - len(values)} of {count} draws of its numbers"
@@ -278,10 +280,10 @@ def fitted_motion(numbers: FittedNumbers, drives: "Drives") -> TestMotion:
     SimulationError
         If it runs away.
     """
-    found = drives.motion(0, numbers.model, numbers.gain, 1.0)
-    if found is None:
+    test_motion = drives.motion(0, numbers.model, numbers.gain, 1.0)
+    if test_motion is None:
         raise SimulationError(_runs_away(numbers, drives.planned, "with its fitted numbers"))
-    return found
+    return test_motion
 
 
 def _runs_away(numbers: FittedNumbers, planned: Planned, where: str) -> str:

@@ -42,7 +42,7 @@ def fit_of_levels(
         form = usable_forms(campaign.data)[-1]
         data = as_recorded(campaign.data, alone)
         longest = replace(form, fitted=with_passed_noise(data, alone, form.fitted))
-        found = carried(data, alone, [longest])
-        if found is not None and is_mostly_noise(replace(campaign, data=data), found):
-            return found
+        fit = carried(data, alone, [longest])
+        if fit is not None and is_mostly_noise(replace(campaign, data=data), fit):
+            return fit
     return fit_of(model, tests, say)

@@ -140,9 +140,9 @@ class ModelEvidence:
                     self.numbers, one, prepared_drive(one), self.highest, count
                 )
             ])
-        alike = kind_of_measured(model, near[0]) == kind
+        same_drive = kind_of_measured(model, near[0]) == kind
         amplitude = max(map(amplitude_of_measured, near))
-        return Nearest(self.simulated[key], amplitude, alike)
+        return Nearest(self.simulated[key], amplitude, same_drive)
 
 
 @final
@@ -156,13 +156,13 @@ class Nearest:
         Of the fitted numbers and of draws of them there [dB].
     amplitude : float
         Rms of its drive [SI].
-    alike : bool
+    same_drive : bool
         Whether it is driven alike.
     """
 
     errors: dict[Quantity, FloatArray]
     amplitude: float
-    alike: bool
+    same_drive: bool
 
     def freed(self, quantity: Quantity, made: Ensemble) -> FloatArray:
         """Return drawn values that begin at the measured one, (n_draws,) array [its unit]."""
@@ -171,7 +171,7 @@ class Nearest:
             return values
         near = self.errors[quantity][1 + made.draws]
         near = np.where(np.isfinite(near), near, np.nanmedian(self.errors[quantity]))
-        share = carried_share(near, 20.0 * np.log10(values), alike=self.alike)
+        share = carried_share(near, 20.0 * np.log10(values), same_drive=self.same_drive)
         return np.asarray(values * 10.0 ** (-share * near / 20.0))
 
 
@@ -305,20 +305,20 @@ def forecast_tests(
     if wish is not None:
         check_notches(log, planned)
     levels = _levels(log, tests)
-    found = evidence_of(model, levels, say)
+    evidence = evidence_of(model, levels, say)
     made = []
     for one in ready:
         say(f"test {one.test.id}")
-        own = _forecast(found, one, quantities, seed, say)
+        test_forecast = _forecast(evidence, one, quantities, seed, say)
         if wish is not None:
             task = NotchTask(
-                found.numbers, one, own.made, quantities, partial(_spread, found, own.near),
-                wish, seed,
+                evidence.numbers, one, test_forecast.made, quantities,
+                partial(_spread, evidence, test_forecast.near), wish, seed,
             )  # fmt: skip
-            own = replace(own, notch=notch_plan(task, say))
-        made.append(own)
-    step = last_step(found.errors, earlier)
-    return CampaignForecast(log.title, found, tuple(made), _notes(found, made), step)
+            test_forecast = replace(test_forecast, notch=notch_plan(task, say))
+        made.append(test_forecast)
+    step = last_step(evidence.errors, earlier)
+    return CampaignForecast(log.title, evidence, tuple(made), _notes(evidence, made), step)
 
 
 def evidence_of(
@@ -339,19 +339,19 @@ def evidence_of(
     fitted = tuple(test for test in drives if not test.test.hold_out)
 
     @cache
-    def raw(own: FittedNumbers, test: Measured, highest: float) -> list[LevelError]:
-        return level_errors(own, test, drives[test], highest)
+    def raw(fitted_numbers: FittedNumbers, test: Measured, highest: float) -> list[LevelError]:
+        return level_errors(fitted_numbers, test, drives[test], highest)
 
     def errors_of(
-        own: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
+        fitted_numbers: FittedNumbers, of: Sequence[Measured], known: Sequence[Measured]
     ) -> Iterator[LevelError]:
         highest = max(map(amplitude_of_measured, known))
         for test in of:
             kind = kind_of_measured(model, test)
             near = nearest_level(model, known, kind, amplitude_of_measured(test))
-            there = [one for other in near for one in raw(own, other, highest)]
-            alike = kind_of_measured(model, near[0]) == kind
-            yield from freed(raw(own, test, highest), there, alike=alike)
+            there = [one for other in near for one in raw(fitted_numbers, other, highest)]
+            same_drive = kind_of_measured(model, near[0]) == kind
+            yield from freed(raw(fitted_numbers, test, highest), there, same_drive=same_drive)
 
     alone = fit_of_levels(model, fitted, say)
     numbers = numbers_of(alone)
@@ -361,8 +361,8 @@ def evidence_of(
         say(f"level {group[0].test.level_text} forecast from those below it")
         fewer = fit_to_fewer(alone, [test in below for test in fitted])
         if fewer is not None:
-            own = numbers if fewer is alone else numbers_of(fewer)
-            errors += errors_of(own, group, below)
+            fewer_numbers = numbers if fewer is alone else numbers_of(fewer)
+            errors += errors_of(fewer_numbers, group, below)
         below += tuple(test for test in group if not test.test.hold_out)
     runs = tuple(run_of(numbers, test, given) for test, given in drives.items())
     return ModelEvidence(numbers, runs, tuple(errors), max(map(amplitude_of_measured, fitted)))
@@ -418,12 +418,12 @@ def _planned(log: TestLog, test: Test, model: Model, tests: Sequence[Measured]) 
         raise log.error(test, 'expected the key "duration", such as duration: 60 s')
     rate = tests[0].sample_rate
     compared = (min(0.7 * band[0], tests[0].band[0]), max(one.band[1] for one in tests))
-    moving, carried = log.shaker.moving_mass, None
+    moving, shaker_mass = log.shaker.moving_mass, None
     if moving is not None and model.excitation.moves_base:
-        carried = max(moving - model.moved_mass, 0.0)
+        shaker_mass = max(moving - model.moved_mass, 0.0)
     table = any(limit.whose == "shaker" for limit in log.limits)
     spreads = spreads_of(tuple(tests))
-    return Planned(test, duration, rate, band, compared, spreads, carried, table)
+    return Planned(test, duration, rate, band, compared, spreads, shaker_mass, table)
 
 
 def _forecast(
@@ -460,10 +460,10 @@ def _forecast(
     motion = fitted_motion(evidence.numbers, drives)
     why = reasons(evidence.numbers.model, run.motion, motion)
     linear = _linear(evidence.numbers.model, run, spreads, float(np.std(motion.drive)), ratio)
-    carried = {
+    nearest_errors = {
         q: decibels(float(np.median(made.values[q]) / one.value)) for q, one in spreads.items()
     }
-    back = swept_back(evidence.numbers, planned, spreads, seed, carried)
+    back = swept_back(evidence.numbers, planned, spreads, seed, nearest_errors)
     return TestForecast(
         planned, distance, made, spreads, linear, tuple(judged), near, run, tuple(why), back
     )
@@ -474,7 +474,7 @@ def swept_back(
     planned: Planned,
     spreads: Mapping[Quantity, UncertainQuantity],
     seed: int,
-    carried: Mapping[Quantity, float] = MappingProxyType({}),
+    nearest_errors: Mapping[Quantity, float] = MappingProxyType({}),
 ) -> dict[Quantity, float]:
     """Return the largest responses of a sweep in the other direction that leave their bands.
 
@@ -490,7 +490,7 @@ def swept_back(
         Its quantities as planned.
     seed : int
         Of all that is drawn.
-    carried : mapping of Quantity to float
+    nearest_errors : mapping of Quantity to float
         Errors of the nearest level, which responses are freed from [dB].
     """
     test = planned.test
@@ -500,15 +500,15 @@ def swept_back(
     motion = fitted_motion(numbers, Drives(replace(planned, test=other), seed))
     rows = np.array(list(motion.responses.values()))
     spectra = densities(rows, motion.sample_rate, planned.excited)
-    found = {
-        quantity: value * 10.0 ** (-carried.get(quantity, 0.0) / 20.0)
+    beyond_bands = {
+        quantity: value * 10.0 ** (-nearest_errors.get(quantity, 0.0) / 20.0)
         for quantity, value in values_of_motion(
             numbers.model, motion, spectra, largest_in
         ).items()
     }
     return {
         quantity: value
-        for quantity, value in found.items()
+        for quantity, value in beyond_bands.items()
         if quantity.what == "peak" and not spreads[quantity].holds(value)
     }
 
@@ -542,9 +542,9 @@ def _scaled_run(evidence: ModelEvidence, planned: Planned) -> ModelledRun:
     """
     model, test = evidence.numbers.model, planned.test
     excitation, _, shares = kind_of(model, test, stated(test))
-    alike = [r for r in evidence.runs if r.measured.test.excitation == excitation]
-    same = [r for r in alike if kind_of_measured(model, r.measured)[2] == shares]
-    runs = same or alike or evidence.runs
+    same_excitation = [r for r in evidence.runs if r.measured.test.excitation == excitation]
+    same = [r for r in same_excitation if kind_of_measured(model, r.measured)[2] == shares]
+    runs = same or same_excitation or evidence.runs
     return max(runs, key=lambda run: amplitude_of_measured(run.measured))
 
 
@@ -563,40 +563,40 @@ def _linear(
     part = slice(run.measured.start, run.measured.stop)
     besides = samples_besides(model, run.motion)
     louder = drive / drive_rms(run.measured)
-    found = {}
+    values = {}
     for quantity in spreads:
         if quantity.whose == "response":
             scale = 1.0 if quantity.what == "peak_frequency_hz" else louder
-            found[quantity] = scale * run.values[quantity]
+            values[quantity] = scale * run.values[quantity]
         elif quantity in besides:
-            found[quantity] = ratio * largest_in(besides[quantity][part])
-    return found
+            values[quantity] = ratio * largest_in(besides[quantity][part])
+    return values
 
 
 def _conditions_beyond(evidence: ModelEvidence, test: Test) -> list[str]:
     """Return that a planned test is at a condition beyond those that were run, for each."""
-    found, said = [], stated(test)
+    texts, said = [], stated(test)
     for scale in evidence.numbers.model.scales:
         run = [scale.share(one.measured.conditions) for one in evidence.runs]
         share = scale.share(said)
         if not min(run) * (1.0 - OUTSIDE) <= share <= max(run) * (1.0 + OUTSIDE):
-            found.append(
+            texts.append(
                 f"test {test.id} is at a {scale.condition} of {said.values[scale.condition]}, "
                 "which no test was run at or beyond; its bands hold if force goes on "
                 "in proportion"
             )
-    return found
+    return texts
 
 
 def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str, ...]:
-    found = []
+    texts = []
     if evidence.numbers.untold:
         names = ", ".join(evidence.numbers.untold)
-        found.append(f"no test tells {names}: the bands are as wide as that leaves them")
+        texts.append(f"no test tells {names}: the bands are as wide as that leaves them")
     missed = [one for one in evidence.errors if one.distance_db and one.of_model.is_unexplained]
     if missed:
         worst = max((one.of_model for one in missed), key=lambda one: abs(one.error_db))
-        found.append(
+        texts.append(
             f"the model misses levels that were run by up to {numeral(abs(worst.error_db), 2)} "
             f"dB ({worst.quantity.name}, test {worst.test}), more than its numbers leave open: "
             "ask diagnose what it lacks; responses are carried on from the nearest level, and "
@@ -604,14 +604,14 @@ def _notes(evidence: ModelEvidence, tests: Sequence[TestForecast]) -> tuple[str,
         )
     for one in tests:
         if one.distance_db > FAR_DB:
-            found.append(
+            texts.append(
                 f"test {one.planned.test.id} is {numeral(one.distance_db)} dB above what was "
                 "run: its bands hold only if nothing new happens in between; run a level there"
             )
-        found += _conditions_beyond(evidence, one.planned.test)
+        texts += _conditions_beyond(evidence, one.planned.test)
         if one.made.failed:
-            found.append(
+            texts.append(
                 f"test {one.planned.test.id}: the motion ran away in {one.made.failed} draws "
                 "of the numbers, which are left out"
             )
-    return tuple(found)
+    return tuple(texts)

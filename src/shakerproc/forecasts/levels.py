@@ -59,14 +59,14 @@ def decibels(ratio: float) -> float:
 
 def grouped(tests: Sequence[Measured]) -> list[list[Measured]]:
     """Return the tests of each level, the lowest level first."""
-    found: list[list[Measured]] = []
+    rows: list[list[Measured]] = []
     for test in sorted(tests, key=amplitude_of_measured):
         here = amplitude_of_measured(test)
-        first = amplitude_of_measured(found[-1][0]) if found else 0.0
+        first = amplitude_of_measured(rows[-1][0]) if rows else 0.0
         if not first or decibels(here / first) > ONE_LEVEL_DB:
-            found.append([])
-        found[-1].append(test)
-    return found
+            rows.append([])
+        rows[-1].append(test)
+    return rows
 
 
 def kind_of(model: Model, test: Test, conditions: Conditions) -> Kind:
@@ -88,16 +88,18 @@ def nearest_level(
     Those that are driven alike under other conditions come before all others.
     """
     kinds = [kind_of_measured(model, test) for test in tests]
-    alike = next(
+    same_kind = next(
         found
         for n in (3, 2, 0)
         if (found := [t for t, kind in zip(tests, kinds, strict=True) if kind[:n] == to[:n]])
     )
-    apart = [abs(decibels(amplitude_of_measured(test) / amplitude)) for test in alike]
-    first = amplitude_of_measured(alike[apart.index(min(apart))])
+    distances_db = [
+        abs(decibels(amplitude_of_measured(test) / amplitude)) for test in same_kind
+    ]
+    first = amplitude_of_measured(same_kind[distances_db.index(min(distances_db))])
     return [
         test
-        for test in alike
+        for test in same_kind
         if abs(decibels(amplitude_of_measured(test) / first)) <= ONE_LEVEL_DB
     ]
 

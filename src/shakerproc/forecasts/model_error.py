@@ -93,7 +93,7 @@ class LevelError:
         return abs(self.error_db) > UNEXPLAINED * float(np.hypot(self.spread_db, FINEST_DB))
 
 
-def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True) -> float:
+def carried_share(nearest: FloatArray, ahead: FloatArray, *, same_drive: bool = True) -> float:
     r"""Return which share of the error of the nearest level the next one has, too [-].
 
     .. math:: \beta = \frac{C + \tau^2}{V + \varepsilon^2 + \tau^2}, \qquad
@@ -113,7 +113,7 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
     nearest, ahead : (n,) array
         Errors at the nearest level, and values or errors at the next, with the same draws of
         the numbers; not a number where one ran away [dB].
-    alike : bool
+    same_drive : bool
         Whether both are driven alike: else the model's own error is another one there.
 
     References
@@ -126,14 +126,14 @@ def carried_share(nearest: FloatArray, ahead: FloatArray, *, alike: bool = True)
         return 0.0
     near = nearest[both]
     (variance, shared), _ = np.cov(near, ahead[both])
-    known, own = variance + FINEST_DB**2, 0.0
+    known, model_error = variance + FINEST_DB**2, 0.0
     if not near.min() <= 0.0 <= near.max():
-        own = max(float(np.median(near)) ** 2 - known, 0.0)
-    return float(np.clip((shared + alike * own) / (known + own), 0.0, 1.0))
+        model_error = max(float(np.median(near)) ** 2 - known, 0.0)
+    return float(np.clip((shared + same_drive * model_error) / (known + model_error), 0.0, 1.0))
 
 
 def freed(
-    errors: Sequence[LevelError], nearest: Sequence[LevelError], *, alike: bool = True
+    errors: Sequence[LevelError], nearest: Sequence[LevelError], *, same_drive: bool = True
 ) -> list[LevelError]:
     """Return errors of a model that begins at the measured values of the nearest level.
 
@@ -143,15 +143,15 @@ def freed(
         Of one test.
     nearest : sequence of LevelError
         Of tests of the nearest level, with the same draws of the numbers.
-    alike : bool
+    same_drive : bool
         Whether these are driven alike.
     """
-    near, found = mean_errors(nearest), []
+    near, freed_errors = mean_errors(nearest), []
     for one in errors:
         there = near.get(one.quantity, np.zeros_like(one.alone_db))
-        share = carried_share(there, one.alone_db, alike=alike)
-        found.append(replace(one, drawn_db=one.alone_db - share * there))
-    return found
+        share = carried_share(there, one.alone_db, same_drive=same_drive)
+        freed_errors.append(replace(one, drawn_db=one.alone_db - share * there))
+    return freed_errors
 
 
 def mean_errors(errors: Sequence[LevelError]) -> dict[Quantity, FloatArray]:
@@ -204,10 +204,10 @@ class Error:
 
 def error_of(errors: Sequence[LevelError]) -> Error:
     """Return the model error of one kind of quantity, of all sensors and levels together."""
-    own = [one for one in errors if not one.distance_db]
+    level_errors_here = [one for one in errors if not one.distance_db]
     ahead = [one for one in errors if one.distance_db]
-    excess = [max(one.error_db**2 - one.spread_db**2, 0.0) for one in own]
-    fitted = float(np.sqrt(np.mean(excess))) if own else 0.0
+    excess = [max(one.error_db**2 - one.spread_db**2, 0.0) for one in level_errors_here]
+    fitted = float(np.sqrt(np.mean(excess))) if level_errors_here else 0.0
     spread = np.array([one.spread_db for one in ahead]) ** 2
     square = np.maximum(np.array([one.error_db for one in ahead]) ** 2 - spread, 0.0)
     distance = np.array([one.distance_db for one in ahead]) ** 2
@@ -308,12 +308,14 @@ def level_errors(
         )
         every.append({} if motion is None else _predicted(motion, model, measured))
     distance = max(decibels(amplitude_of_measured(measured) / highest), 0.0)
-    found = []
+    level_errors = []
     for quantity, value in run.values.items():
         ratios = np.array([one.get(quantity, np.nan) for one in every]) / value
         errors = 20.0 * np.log10(ratios)
-        found.append(LevelError(measured.name, quantity, value, distance, errors, errors))
-    return found
+        level_errors.append(
+            LevelError(measured.name, quantity, value, distance, errors, errors)
+        )
+    return level_errors
 
 
 def _predicted(motion: TestMotion, model: Model, measured: Measured) -> dict[Quantity, float]:
@@ -420,10 +422,10 @@ def last_step(
     if not errors or not errors[-1].distance_db:
         return None
     test = errors[-1].test
-    own = [one for one in errors if one.test == test and one.distance_db]
+    test_errors = [one for one in errors if one.test == test and one.distance_db]
     before = _earlier_prediction(earlier or {}, test)
     values = []
-    for one in own:
+    for one in test_errors:
         found = before.get((one.quantity.name, one.quantity.what))
         predicted, low, high = found or (one.predicted, None, None)
         values.append(
@@ -440,20 +442,20 @@ def _earlier_prediction(earlier: Mapping[str, Any], test: str) -> Told:
 
     A document that somebody changed by hand told nothing.
     """
-    found: Told = {}
+    predictions: Told = {}
     try:
         for one in earlier.get("tests", ()):
             if str(one["id"]) == test:
                 for name, rows in one["responses"].items():
                     for what, row in rows.items():
                         band = (float(row["low"]), float(row["high"]))
-                        found[name, what] = (float(row["value"]), *band)
-                return found
+                        predictions[name, what] = (float(row["value"]), *band)
+                return predictions
         step = earlier.get("last_step")
         if step and step["test"] == test and step["told_before"]:
             for row in step["values"]:
-                told = (float(row["predicted"]), float(row["low"]), float(row["high"]))
-                found[row["response"], row["what"]] = told
+                prediction = (float(row["predicted"]), float(row["low"]), float(row["high"]))
+                predictions[row["response"], row["what"]] = prediction
     except (KeyError, TypeError, ValueError, AttributeError):
         return {}
-    return found
+    return predictions

@@ -92,10 +92,10 @@ def motion_of(
     pairs, model = pairs_of(model), model.under(conditions)
     watched = probed(model, pairs)
     whole = np.array([(0, 0, given.n_samples)])
-    found = free_runs(watched, Runs((given,), whole))
-    if found.failed[0]:
+    response = free_runs(watched, Runs((given,), whole))
+    if response.failed[0]:
         return None
-    rows = dict(zip(watched.sensors, at_samples(watched, found.outputs[0]), strict=True))
+    rows = dict(zip(watched.sensors, at_samples(watched, response.outputs[0]), strict=True))
     rate = given.sample_rate
     responses = in_band(np.array([rows[name] for name in model.sensors]), rate, band)
     return TestMotion(
@@ -116,12 +116,12 @@ def _table(
     length = scipy.fft.next_fast_len(2 * drive.size, real=True)
     omega = 2.0 * np.pi * scipy.fft.rfftfreq(length, 1.0 / rate)
     spectrum = scipy.fft.rfft(in_band(drive, rate, band), length)
-    found: list[tuple[What, FloatArray, str]] = []
+    rows: list[tuple[What, FloatArray, str]] = []
     for order, (what, unit) in enumerate(_OF_TABLE):
         divisor = np.maximum(omega, omega[1]) ** order
         samples = scipy.fft.irfft(spectrum / (1j**order * divisor), length)[: drive.size]
-        found.append((what, samples, model.unit_of(unit)))
-    return tuple(found)
+        rows.append((what, samples, model.unit_of(unit)))
+    return tuple(rows)
 
 
 @final
@@ -146,8 +146,8 @@ def law_of(joint: JointHistory) -> JointLaw:
     columns = np.stack([joint.displacement, joint.velocity])
     gram = columns @ columns.T
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    found = np.linalg.lstsq(gram / np.outer(scale, scale), columns @ joint.force / scale)[0]
-    stiffness, damping = found / scale
+    weights = np.linalg.lstsq(gram / np.outer(scale, scale), columns @ joint.force / scale)[0]
+    stiffness, damping = weights / scale
     return JointLaw(float(stiffness), float(damping))
 
 
@@ -161,11 +161,11 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
     before, after : TestMotion
         At the highest level that was run, and at the one that is forecast.
     """
-    found = []
+    texts = []
     for pair, there in after.joints.items():
         here = before.joints[pair]
-        own = [one for one in resolved(model) if set(one.between) == set(pair)]
-        told = _of_laws(own, pair, here, there)
+        joint_elements = [one for one in resolved(model) if set(one.between) == set(pair)]
+        sentences = _of_laws(joint_elements, pair, here, there)
         was, now = law_of(here), law_of(there)
         moved = []
         for name, one, other in (
@@ -173,17 +173,17 @@ def reasons(model: Model, before: TestMotion, after: TestMotion) -> list[str]:
         ):  # fmt: skip
             if abs(other - one) > CHANGED * abs(one):
                 moved.append(f"{name} {(other - one) / abs(one):+.0%}")
-        if told or moved:
-            clauses = [*told, *([f"effective {' and '.join(moved)}"] if moved else [])]
-            found.append(f"joint {'-'.join(pair)}: {', '.join(clauses)}")
-    return found
+        if sentences or moved:
+            clauses = [*sentences, *([f"effective {' and '.join(moved)}"] if moved else [])]
+            texts.append(f"joint {'-'.join(pair)}: {', '.join(clauses)}")
+    return texts
 
 
 def _of_laws(
     elements: Sequence[Element], pair: tuple[str, str], here: JointHistory, there: JointHistory
 ) -> list[str]:
     """Return how the laws of a joint differ, by their kinds."""
-    found = []
+    texts = []
     for element in elements:
         effect, turn = element.effect, 1.0 if element.between == pair else -1.0
         name = effect.kind.replace("_", " ")
@@ -198,10 +198,10 @@ def _of_laws(
                     if was == 0.0
                     else f"of the time there and {numeral(100 * now, 2)} % here"
                 )
-                found.append(f"the {name} {closed}{rest}")
+                texts.append(f"the {name} {closed}{rest}")
         elif Law.FRICTION in laws or not isinstance(effect, AbstractMemorylessEffect):
-            found.append(f"the {name} slips further")
-    return found
+            texts.append(f"the {name} slips further")
+    return texts
 
 
 def _beyond(walls: Sequence[float], displacement: FloatArray) -> float:

@@ -117,7 +117,7 @@ class NotchPlan:
     ----------
     wish : NotchWish
         What was asked for.
-    found : NotchedTest, optional
+    notched : NotchedTest, optional
         Verified with phases that it was not found with; None where there is none.
     why_none : str
         Why there is none, a clause.
@@ -128,7 +128,7 @@ class NotchPlan:
     """
 
     wish: NotchWish
-    found: NotchedTest | None
+    notched: NotchedTest | None
     why_none: str = ""
     by_force: NotchedTest | None = None
     needless: bool = False
@@ -178,11 +178,11 @@ class NotchTask:
     def beyond(self, test: Test, made: Ensemble) -> FloatArray:
         """Return the quantile of each limited quantity over its limit, (n_limits,) [dB]."""
         share = self.wish.probability
-        found = [
+        ratios = [
             self.spread(test, quantity, made).quantile(share) / limit.value
             for limit, quantity in self.limits
         ]
-        return np.asarray(20.0 * np.log10(np.array(found)))
+        return np.asarray(20.0 * np.log10(np.array(ratios)))
 
 
 def check_notches(log: TestLog, planned: Sequence[Test]) -> None:
@@ -233,8 +233,8 @@ def notch_plan(task: NotchTask, say: Callable[[str], None]) -> NotchPlan:
         made = ensemble(task.numbers, drives, n_draws(planned))
         beyond = task.beyond(planned.test, made)
         if np.all(beyond <= 0.0):
-            found = _notched(task, planned.test, reduction, made)
-            return NotchPlan(task.wish, found, "", by_force)
+            notched = _notched(task, planned.test, reduction, made)
+            return NotchPlan(task.wish, notched, "", by_force)
         margin = margin + np.maximum(beyond, 0.0)
         why = f"with other phases a limit is missed by {float(np.max(beyond)):.2g} dB"
     return NotchPlan(task.wish, None, why, by_force)
@@ -298,8 +298,8 @@ def _next(
             power = row**2 * (frequency if test.rate_hz_per_s is not None else 1.0)
         else:
             power = row * frequency * demand_at(test, frequency)
-        left = float(np.sum(power * 10.0 ** (-now / 10.0)))
-        bounds.append(Bound(power, left * 10.0 ** (-float(over) / 10.0)))
+        remaining = float(np.sum(power * 10.0 ** (-now / 10.0)))
+        bounds.append(Bound(power, remaining * 10.0 ** (-float(over) / 10.0)))
     return reduction_of(np.log2(frequency), bounds, least, task.wish.slope)
 
 

@@ -147,10 +147,10 @@ def densities(
         What is excited [Hz].
     """
     segment = segment_of(rows.shape[1])
-    found = cross_spectra(
+    cross = cross_spectra(
         rows, sample_rate, segment=segment, overlap=3 * segment // 4, window="hann", inputs=[0]
     )  # fmt: skip
-    return tuple(Density(found.frequency, one, band) for one in psd(found))
+    return tuple(Density(cross.frequency, one, band) for one in psd(cross))
 
 
 def segment_of(n_samples: int) -> int:
@@ -187,7 +187,7 @@ def values_of_motion(
     motion: TestMotion,
     spectra: Sequence[Density],
     largest: Largest,
-    carried: float | None = None,
+    shaker_mass: float | None = None,
 ) -> dict[Quantity, float]:
     """Return all quantities of a simulated test.
 
@@ -201,46 +201,46 @@ def values_of_motion(
         Of its responses.
     largest : callable
         Tells the largest size in the whole duration.
-    carried : float, optional
+    shaker_mass : float, optional
         Mass that the shaker moves besides the model; None where it is not known [kg].
     """
-    found: dict[Quantity, float] = {}
+    values: dict[Quantity, float] = {}
     for (name, samples), spectrum in zip(motion.responses.items(), spectra, strict=True):
         unit = model.sensor_unit(model.sensors[name])
-        found |= values_of_response(name, unit, samples, spectrum, largest)
-    others = samples_besides(model, motion, carried)
-    return found | {quantity: largest(samples) for quantity, samples in others.items()}
+        values |= values_of_response(name, unit, samples, spectrum, largest)
+    others = samples_besides(model, motion, shaker_mass)
+    return values | {quantity: largest(samples) for quantity, samples in others.items()}
 
 
 def samples_besides(
-    model: Model, motion: TestMotion, carried: float | None = None
+    model: Model, motion: TestMotion, shaker_mass: float | None = None
 ) -> dict[Quantity, FloatArray]:
     """Return the samples of joints, force and shaker of a simulated test, (n,) arrays.
 
-    `carried` is the mass that the shaker moves besides the model [kg].
+    `shaker_mass` is the mass that the shaker moves besides the model [kg].
     """
-    found: dict[Quantity, FloatArray] = {}
+    arrays: dict[Quantity, FloatArray] = {}
     metre, newton = model.unit_of("m"), model.unit_of("N")
     for pair, joint in motion.joints.items():
         name = "-".join(pair)
-        found[Quantity("joint", name, "displacement", metre)] = joint.displacement
-        found[Quantity("joint", name, "force", newton)] = joint.force
+        arrays[Quantity("joint", name, "displacement", metre)] = joint.displacement
+        arrays[Quantity("joint", name, "force", newton)] = joint.force
     into = _force_into(model, motion)
-    found[Quantity("force", "", "force", newton)] = into
+    arrays[Quantity("force", "", "force", newton)] = into
     for what, samples, unit in motion.table:
-        found[Quantity("shaker", "", what, unit)] = samples
-        if what == "acceleration" and carried is not None:
-            found[Quantity("shaker", "", "force", newton)] = carried * samples - into
-    return found
+        arrays[Quantity("shaker", "", what, unit)] = samples
+        if what == "acceleration" and shaker_mass is not None:
+            arrays[Quantity("shaker", "", "force", newton)] = shaker_mass * samples - into
+    return arrays
 
 
 def samples_of(
-    quantity: Quantity, model: Model, motion: TestMotion, carried: float | None
+    quantity: Quantity, model: Model, motion: TestMotion, shaker_mass: float | None
 ) -> FloatArray:
     """Return the samples of one quantity of a simulated test, (n,) array [its unit]."""
     if quantity.whose == "response":
         return motion.responses[quantity.name]
-    return samples_besides(model, motion, carried)[quantity]
+    return samples_besides(model, motion, shaker_mass)[quantity]
 
 
 def _force_into(model: Model, motion: TestMotion) -> FloatArray:

@@ -105,8 +105,8 @@ def problem_of(nodes: Mapping[int, Place], kind: str, one: Sequence[int]) -> str
         return f"node {unknown} has no coordinates; {_known(nodes)}"
     least = LEAST.get(kind, 1)
     if len(set(one)) < least:
-        told = ", ".join(map(str, one)) or "none"
-        return f"expected {least} nodes or more, got {told}"
+        text = ", ".join(map(str, one)) or "none"
+        return f"expected {least} nodes or more, got {text}"
     return ""
 
 

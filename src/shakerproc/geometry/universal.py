@@ -60,7 +60,7 @@ class _System:
     origin: FloatArray
 
 
-def units_of(content: bytes, found: Sequence[UffDataSet]) -> Units:
+def units_of(content: bytes, uff_sets: Sequence[UffDataSet]) -> Units:
     """Return the units of a file, by its data set 164; SI without one.
 
     Raises
@@ -69,7 +69,7 @@ def units_of(content: bytes, found: Sequence[UffDataSet]) -> Units:
         If it says two.
     """
     said: Units | None = None
-    for one in found:
+    for one in uff_sets:
         rows = _numbers(content, one)[1:] if one.kind == 164 else []
         if rows and len(rows[0]) >= 2 and min(rows[0][:2]) > 0.0:
             here = Units(rows[0][0], rows[0][1], said=True)
@@ -92,8 +92,8 @@ def read_wireframe(content: bytes) -> Wireframe:
         If it holds no nodes, a data set is not what it says, or a line or an element has a node
         without coordinates.
     """
-    found = list(data_sets(content))
-    wireframe, left_out = wireframe_of(content, found, units_of(content, found))
+    uff_sets = list(data_sets(content))
+    wireframe, left_out = wireframe_of(content, uff_sets, units_of(content, uff_sets))
     if left_out:
         raise UffError(0, left_out[0])
     if not wireframe.nodes:
@@ -102,7 +102,7 @@ def read_wireframe(content: bytes) -> Wireframe:
 
 
 def wireframe_of(
-    content: bytes, found: Sequence[UffDataSet], units: Units
+    content: bytes, uff_sets: Sequence[UffDataSet], units: Units
 ) -> tuple[Wireframe, list[str]]:
     """Return nodes [m], lines and surfaces of a universal file, and notes on the rest.
 
@@ -114,21 +114,21 @@ def wireframe_of(
     UffError
         If a data set is not what it says.
     """
-    systems, notes = _systems(content, found)
+    systems, notes = _systems(content, uff_sets)
     nodes, axes = {}, {}
-    for number, (given, measured), place in _nodes(content, found):
+    for number, (given, measured), place in _nodes(content, uff_sets):
         one = systems.get(given)
         where = place if one is None else place @ one.axes + one.origin
         x, y, z = (float(v) / units.length for v in where)
         nodes[number] = (x, y, z)
         if measured in systems:
             axes[number] = _as_axes(systems[measured].axes)
-    elements = [e for one in found if one.kind == 2412 for e in _elements(content, one)]
+    elements = [e for one in uff_sets if one.kind == 2412 for e in _elements(content, one)]
     solids = sum(kind in _SOLIDS for kind, _ in elements)
     flat = [nodes_of for kind, nodes_of in elements if kind not in _SOLIDS]
     kinds = {
         "lines": [
-            *(line for one in found if one.kind == 82 for line in _traces(content, one)),
+            *(line for one in uff_sets if one.kind == 82 for line in _traces(content, one)),
             *(e for e in flat if len(e) == 2),
         ],
         "surfaces": [e for e in flat if len(e) > 2],
@@ -153,7 +153,7 @@ def _nodes_text(nodes: Sequence[int]) -> str:
 
 
 def _nodes(
-    content: bytes, found: Sequence[UffDataSet]
+    content: bytes, uff_sets: Sequence[UffDataSet]
 ) -> Iterator[tuple[int, tuple[int, int], FloatArray]]:
     """Yield number, systems of definition and of measurement, and coordinates of each node.
 
@@ -162,7 +162,7 @@ def _nodes(
     UffError
         If one has no three coordinates.
     """
-    for one in (one for one in found if one.kind in NODES):
+    for one in (one for one in uff_sets if one.kind in NODES):
         lines = _numbers(content, one)
         rows = lines
         if one.kind != 15:
@@ -211,11 +211,11 @@ def _elements(content: bytes, one: UffDataSet) -> Iterator[tuple[int, tuple[int,
 
 
 def _systems(
-    content: bytes, found: Sequence[UffDataSet]
+    content: bytes, uff_sets: Sequence[UffDataSet]
 ) -> tuple[Mapping[int, _System], list[str]]:
     """Return the Cartesian coordinate systems by number, and a sentence on others."""
     systems, others = {}, 0
-    for one in found:
+    for one in uff_sets:
         rows = _numbers(content, one) if one.kind in {18, 2420} else []
         # a name stands on the second line of a system; of 2420 that of the part comes first
         first, each = (0, 4) if one.kind == 18 else (2, 6)
@@ -228,8 +228,8 @@ def _systems(
                 others += 1
             else:
                 systems[int(head[0])] = system
-    told = f"{others} coordinate systems are not Cartesian: their nodes are taken as global"
-    return systems, [told] * bool(others)
+    text = f"{others} coordinate systems are not Cartesian: their nodes are taken as global"
+    return systems, [text] * bool(others)
 
 
 def _system(values: Sequence[float]) -> _System | None:

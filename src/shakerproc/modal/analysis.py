@@ -85,8 +85,8 @@ def tracks_of(sets: Sequence[ModeSet], sensors: Sequence[Sequence[str]]) -> tupl
         taken = _matched(tracks, sets, sensors, test)
         for mode in range(modes.poles.size):
             if mode in taken:
-                track, alike = taken[mode]
-                tracks[track].append(Sighting(test, mode, alike))
+                track, mac_value = taken[mode]
+                tracks[track].append(Sighting(test, mode, mac_value))
             else:
                 tracks.append([Sighting(test, mode, 1.0 if len(sensors[test]) > 1 else None)])
     tracks.sort(key=lambda track: sets[track[0].test].frequency[track[0].mode])
@@ -104,33 +104,33 @@ def _matched(
     if not tracks or not modes.poles.size:
         return {}
     cost = np.full((len(tracks), modes.poles.size), 1e6)
-    alike: dict[tuple[int, int], float | None] = {}
+    mac_values: dict[tuple[int, int], float | None] = {}
     for number, track in enumerate(tracks):
         first, last = track[0], track[-1]
         mine, theirs = common(sensors[first.test], sensors[test])
         shift = np.abs(np.log(modes.frequency / sets[last.test].frequency[last.mode]))
         values = None
         if len(mine) > 1:
-            own = sets[first.test].shapes[first.mode][mine]
-            values = mac(own[np.newaxis], modes.shapes[:, theirs])[0]
+            shape = sets[first.test].shapes[first.mode][mine]
+            values = mac(shape[np.newaxis], modes.shapes[:, theirs])[0]
         for mode in range(modes.poles.size):
-            alike[number, mode] = None if values is None else float(values[mode])
-            cost[number, mode] = _cost(float(shift[mode]), alike[number, mode], len(mine))
+            mac_values[number, mode] = None if values is None else float(values[mode])
+            cost[number, mode] = _cost(float(shift[mode]), mac_values[number, mode], len(mine))
     rows, columns = scipy.optimize.linear_sum_assignment(cost)
     return {
-        int(mode): (int(number), alike[int(number), int(mode)])
+        int(mode): (int(number), mac_values[int(number), int(mode)])
         for number, mode in zip(rows, columns, strict=True)
         if cost[number, mode] < 1e5
     }
 
 
-def _cost(shift: float, alike: float | None, n_common: int) -> float:
+def _cost(shift: float, mac_value: float | None, n_common: int) -> float:
     """Return how unlike two modes are; more than 1e5 where they are never one."""
-    if alike is None or n_common < TELLING:
+    if mac_value is None or n_common < TELLING:
         return shift if shift < NARROW_SHIFT else 1e6
-    if shift > MOST_SHIFT or alike < LEAST_MAC:
+    if shift > MOST_SHIFT or mac_value < LEAST_MAC:
         return 1e6
-    return (1.0 - alike) + shift
+    return (1.0 - mac_value) + shift
 
 
 def common(first: Sequence[str], second: Sequence[str]) -> tuple[list[int], list[int]]:

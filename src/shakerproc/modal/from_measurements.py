@@ -60,7 +60,7 @@ def cross_of(records: Records, sample_rate: float) -> spectra.CrossSpectra:
 
 def _pooled(records: Records, sample_rate: float, segment: int) -> spectra.CrossSpectra:
     """Return spectra over the segments of all records."""
-    found = [
+    averaged = [
         spectra.cross_spectra(
             np.concatenate(record),
             sample_rate,
@@ -71,11 +71,11 @@ def _pooled(records: Records, sample_rate: float, segment: int) -> spectra.Cross
         )
         for record in records
     ]
-    counts = [one.n_segments for one in found]
-    matrix = np.average([one.matrix for one in found], axis=0, weights=counts)
-    density = np.average([one.density for one in found], axis=0, weights=counts)
+    counts = [one.n_segments for one in averaged]
+    matrix = np.average([one.matrix for one in averaged], axis=0, weights=counts)
+    density = np.average([one.density for one in averaged], axis=0, weights=counts)
     return replace(
-        found[0],
+        averaged[0],
         matrix=np.asarray(matrix, dtype=np.complex128),
         density=np.asarray(density, dtype=np.float64),
         n_segments=sum(counts),
@@ -181,19 +181,19 @@ def analyse_log(
     if against is not None:
         other, more = against
         jobs += _jobs(other, more, other.modal, f"{other.path.stem}:")
-    found: list[TestModes] = []
+    modes: list[TestModes] = []
     failed: list[tuple[str, str]] = []
     for owner, group, wanted, name in jobs:
         try:
-            found.append(replace(analyse_joint(owner, group, wanted), name=name))
+            modes.append(replace(analyse_joint(owner, group, wanted), name=name))
         except ShakerprocError as error:
             failed.append((name, str(error)))
         for test in group:
             progress(str(test.id))
-    tracks = tracks_of([one.modes for one in found], [one.sensor_names for one in found])
-    pairs = reciprocals_of(found)
-    notes = (*_unequal(found), *(pair.problem for pair in pairs if pair.problem))
-    return ModalAnalysis(log.title, tuple(found), tracks, tuple(failed), notes, pairs)
+    tracks = tracks_of([one.modes for one in modes], [one.sensor_names for one in modes])
+    pairs = reciprocals_of(modes)
+    notes = (*_unequal(modes), *(pair.problem for pair in pairs if pair.problem))
+    return ModalAnalysis(log.title, tuple(modes), tracks, tuple(failed), notes, pairs)
 
 
 def _jobs(
@@ -343,8 +343,8 @@ def analyse_functions(measured: ResponseFunctions, wish: Modal) -> ModalAnalysis
     one = _analysed(measured, wish, notes)
     tracks = tracks_of([one.modes], [one.sensor_names])
     pairs = reciprocals_of([one])
-    told = tuple(pair.problem for pair in pairs if pair.problem)
-    return ModalAnalysis(measured.name, (one,), tracks, (), told, pairs)
+    problems = tuple(pair.problem for pair in pairs if pair.problem)
+    return ModalAnalysis(measured.name, (one,), tracks, (), problems, pairs)
 
 
 def _analysed(measured: ResponseFunctions, wish: Modal, notes: list[str]) -> TestModes:

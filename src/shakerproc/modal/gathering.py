@@ -113,11 +113,11 @@ def remarks_of(
     wireframe: Wireframe | None = None,
 ) -> list[str]:
     """Return the obstacles to more modes, a sentence each; `places` is how to say positions."""
-    found = []
+    texts = []
     if incomplete:
-        found.append("the recording was cut short: its complete part was used")
+        texts.append("the recording was cut short: its complete part was used")
     if len(sensors) == 1:
-        found.append(
+        texts.append(
             "one response only: modes have no shape, and modes that are close are told apart "
             "by frequency alone; MAC needs two sensors or more"
         )
@@ -128,53 +128,53 @@ def remarks_of(
     ]
     if without and len(sensors) > 1:
         named = ", ".join(without[:6]) + (" and more" if len(without) > 6 else "")
-        found.append(
+        texts.append(
             f"no position for {named}: shapes are drawn over the sensors' order; {places}"
         )
     elif wireframe is not None and len(sensors) > 1:
-        found += _unmeasured(sensors, positions, wireframe)
-    found += [
+        texts += _unmeasured(sensors, positions, wireframe)
+    texts += [
         f"modes at {first:.5g} and {second:.5g} Hz have one shape and lie within their widths: "
         "a resonance that a nonlinearity bends looks like two. Compare levels, or say how many "
         f"there are (modal: {{modes: {modes.poles.size - 1}}})"
         for first, second in twins_of(modes)
     ]
     if modes.model is not None and modes.poles.size:
-        left = float(np.max(modes.model.unexplained))
-        if left > MUCH_LEFT:
-            found.append(
-                f"residual rms of up to {left:.0%} of a response: noise, a "
+        unexplained = float(np.max(modes.model.unexplained))
+        if unexplained > MUCH_LEFT:
+            texts.append(
+                f"residual rms of up to {unexplained:.0%} of a response: noise, a "
                 "nonlinearity or an input that was not measured; look at the coherence"
             )
     if not modes.poles.size:
-        found.append(
+        texts.append(
             "no pole stays over the orders: no mode found. Look at the coherence, widen the "
             "band, take a longer record, or name poles under modal: {keep: [...]}"
         )
-    return found
+    return texts
 
 
 def _unmeasured(
     sensors: Sequence[Channel], positions: Sequence[Place | None], wireframe: Wireframe
 ) -> list[str]:
     """Return the parts of a geometry that no sensor moves, and sensors beside it."""
-    told = [f"geometry: {note}" for note in wireframe.notes]
+    sentences = [f"geometry: {note}" for note in wireframe.notes]
     if not wireframe.edges:
-        return told
+        return sentences
     where = np.array([wireframe.nodes[node] for node in wireframe.used])
     seats = np.array(positions, float)
-    apart = np.linalg.norm(where[:, np.newaxis] - seats, axis=-1) > NEAR
-    alone = [s.name for s, lost in zip(sensors, apart.all(axis=0), strict=True) if lost]
+    is_far = np.linalg.norm(where[:, np.newaxis] - seats, axis=-1) > NEAR
+    alone = [s.name for s, lost in zip(sensors, is_far.all(axis=0), strict=True) if lost]
     if alone:
-        told.append(
+        sentences.append(
             f"geometry: {', '.join(alone[:6])} sit at no node of it: drawn without lines"
         )
-    if still := int(apart.all(axis=1).sum()):
-        told.append(
+    if still := int(is_far.all(axis=1).sum()):
+        sentences.append(
             f"geometry: {still} of {len(where)} nodes have no sensor: lines to them are drawn "
             f"at rest"
         )
-    return told
+    return sentences
 
 
 def twins_of(modes: ModeSet) -> list[tuple[float, float]]:
@@ -193,12 +193,12 @@ def twins_of(modes: ModeSet) -> list[tuple[float, float]]:
     """
     if modes.shapes.shape[1] < 2:
         return []
-    alike = mac(modes.shapes, modes.shapes) > ONE_SHAPE
+    same_shape = mac(modes.shapes, modes.shapes) > ONE_SHAPE
     widths = 2.0 * modes.damping * modes.frequency
     return [
         (float(modes.frequency[i]), float(modes.frequency[i + 1]))
         for i in range(modes.poles.size - 1)
-        if alike[i, i + 1]
+        if same_shape[i, i + 1]
         and modes.frequency[i + 1] - modes.frequency[i] < max(widths[i], widths[i + 1])
     ]
 
@@ -329,8 +329,8 @@ def _checked(
         If an input did not measure: no response function has a meaning.
     """
     start, stop = (at / recording.sample_rate for at in (crop.start, crop.stop))
-    found = within(health(recording), start, stop)
-    lost = unusable(found, start, stop)
+    flags = within(health(recording), start, stop)
+    lost = unusable(flags, start, stop)
     for flag in lost:
         if flag.channel in inputs:
             raise SpectrumError(
@@ -344,7 +344,7 @@ def _checked(
         if flag.channel in sensors
     )
     used = {"", *inputs, *sensors}
-    others = [flag for flag in found if flag not in lost and flag.channel in used]
+    others = [flag for flag in flags if flag not in lost and flag.channel in used]
     return (*dead, *(flag.line for flag in others))
 
 
@@ -421,7 +421,7 @@ def shared_inputs(
     samples : tuple of (n_inputs, n_samples) arrays
         Of each test, 0 where an input does not act [unit of the channel].
     """
-    found: list[tuple[object, ...]] = []
+    shared: list[tuple[object, ...]] = []
     names: list[str] = []
     units: list[str] = []
     places: list[tuple[Place | None, Place | None]] = []
@@ -431,17 +431,17 @@ def shared_inputs(
         each = zip(one.input_names, one.input_units, one.input_places, strict=True)
         for name, unit, place in each:
             key = (name, place, one.test.id if one.struck is not None else None)
-            if key not in found:
-                found.append(key)
-                elsewhere = any(name == other[0] for other in found[:-1])
+            if key not in shared:
+                shared.append(key)
+                elsewhere = any(name == other[0] for other in shared[:-1])
                 names.append(f"{name} of test {one.test.id}" if elsewhere else name)
                 units.append(unit)
                 places.append(place)
-            own.append(found.index(key))
+            own.append(shared.index(key))
         rows.append(own)
     samples = []
     for one, own in zip(tests, rows, strict=True):
-        full = np.zeros((len(found), one.inputs.shape[1]))
+        full = np.zeros((len(shared), one.inputs.shape[1]))
         full[own] = one.inputs
         samples.append(full)
     return tuple(names), tuple(units), tuple(places), tuple(samples)

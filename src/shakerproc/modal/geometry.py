@@ -76,10 +76,10 @@ class Geometry:
 
     def labels(self, names: Sequence[str]) -> dict[int, str]:
         """Return the names of the sensors by their place, those of one place together."""
-        found: dict[int, list[str]] = {}
+        columns: dict[int, list[str]] = {}
         for place, name in zip(self.seats, names, strict=True):
-            found.setdefault(place, []).append(name)
-        return {place: ", ".join(here) for place, here in found.items()}
+            columns.setdefault(place, []).append(name)
+        return {place: ", ".join(here) for place, here in columns.items()}
 
     def fitting(self, labels: Mapping[int, str], letter: tuple[float, float]) -> dict[int, str]:
         """Return the labels that find room, in their order.
@@ -183,11 +183,11 @@ def _on_wireframe(
     """Return places and then further nodes [m], and lines and surfaces over both."""
     used = wireframe.used
     where = np.array([wireframe.nodes[node] for node in used])
-    found = scipy.spatial.cKDTree(places).query(where)
-    apart, nearest = np.atleast_1d(found[0]), np.atleast_1d(found[1])
+    nearest_nodes = scipy.spatial.cKDTree(places).query(where)
+    distances, nearest = np.atleast_1d(nearest_nodes[0]), np.atleast_1d(nearest_nodes[1])
     index: dict[int, int] = {}
     more: list[FloatArray] = []
-    for node, distance, place, position in zip(used, apart, nearest, where, strict=True):
+    for node, distance, place, position in zip(used, distances, nearest, where, strict=True):
         index[node] = int(place) if distance <= NEAR else len(places) + len(more)
         if distance > NEAR:
             more.append(position)
@@ -201,10 +201,10 @@ def _view(places: FloatArray, along: FloatArray) -> FloatArray:
     centred = places - places.mean(axis=0)
     _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
     across = axes[0] * np.where(axes[0][np.argmax(np.abs(axes[0]))] < 0.0, -1.0, 1.0)
-    left = along - np.outer(along @ across, across)
+    projection = along - np.outer(along @ across, across)
     in_line = sizes.size < 2 or sizes[1] < FLAT * max(sizes[0], 1e-300)
-    if in_line and np.linalg.matrix_rank(left, tol=FLAT) < 2:
-        up = left[int(np.argmax(np.linalg.norm(left, axis=1)))]
+    if in_line and np.linalg.matrix_rank(projection, tol=FLAT) < 2:
+        up = projection[int(np.argmax(np.linalg.norm(projection, axis=1)))]
         size = float(np.linalg.norm(up))
         up = up / size if size > FLAT else np.cross(across, np.roll(across, 1))
         up = up * (-1.0 if up[int(np.argmax(np.abs(up)))] < 0.0 else 1.0)
@@ -216,6 +216,6 @@ def _view(places: FloatArray, along: FloatArray) -> FloatArray:
 
 def _net(places: FloatArray) -> list[tuple[int, int]]:
     """Return the shortest net of lines over all places."""
-    apart = np.linalg.norm(places[:, np.newaxis] - places[np.newaxis], axis=-1)
-    tree = scipy.sparse.csgraph.minimum_spanning_tree(apart).tocoo()
+    distances = np.linalg.norm(places[:, np.newaxis] - places[np.newaxis], axis=-1)
+    tree = scipy.sparse.csgraph.minimum_spanning_tree(distances).tocoo()
     return [(int(a), int(b)) for a, b in zip(tree.row, tree.col, strict=True)]

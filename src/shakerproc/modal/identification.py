@@ -114,12 +114,12 @@ def identify_records(
     more = _of_parts(lines, driven, outputs)
     # poles of one resonance that moves are told from modes where parts of the record differ
     own = parts_of(*records[0], sample_rate, settings.band) if len(records) == 1 else []
-    found = _modes(lines, diagram, more, settings, "input and response spectra", parts=own)
+    mode_set = _modes(lines, diagram, more, settings, "input and response spectra", parts=own)
     if len(records) > 1:
-        return with_scatter(found, parts)
+        return with_scatter(mode_set, parts)
     if len(own) < N_PARTS[0]:  # two or four say little of scatter
-        return found
-    return replace(with_scatter(found, own, PARTS), scatter=None)
+        return mode_set
+    return replace(with_scatter(mode_set, own, PARTS), scatter=None)
 
 
 def identify_functions(
@@ -157,11 +157,11 @@ def identify_functions(
     ones = np.ones((1, lines.frequency.size), dtype=np.complex128)
     diagram = _diagram(lines, ones, functions[..., kept], settings)
     parts = _of_parts(lines, ones, functions[..., kept])
-    found = _modes(lines, diagram, parts, settings, "response functions")
+    modes = _modes(lines, diagram, parts, settings, "response functions")
     shapes, participation = split_residues(
-        found.model.residues.reshape(-1, *functions.shape[:2])  # type: ignore[union-attr]
+        modes.model.residues.reshape(-1, *functions.shape[:2])  # type: ignore[union-attr]
     )
-    return replace(found, shapes=shapes, participation=participation)
+    return replace(modes, shapes=shapes, participation=participation)
 
 
 def _diagram(
@@ -197,18 +197,18 @@ def _of_parts(lines: Lines, driven: ComplexArray, outputs: ComplexArray) -> Comp
     if n_parts < 2:
         return np.zeros(0, dtype=np.complex128)
     ratio = (high / low) ** (1.0 / n_parts)
-    found = []
+    part_poles = []
     for part in range(n_parts):
         begin, end = low * ratio**part, low * ratio ** (part + 1)
         kept = (lines.frequency >= 0.9 * begin) & (lines.frequency <= 1.1 * end)
         order = min(PART_ORDER, int(kept.sum()) // (driven.shape[0] + outputs.shape[1]))
         if order < 8:
             continue
-        own = lines.frequency[kept]
-        sums = lagged_sums(own, driven[:, kept], outputs[..., kept], order)
+        frequency = lines.frequency[kept]
+        sums = lagged_sums(frequency, driven[:, kept], outputs[..., kept], order)
         diagram = stabilisation(sums, range(2, order + 1, 2), (begin, end))
-        found.append(candidates(diagram)[0])
-    return np.concatenate([np.zeros(0, dtype=np.complex128), *found])
+        part_poles.append(candidates(diagram)[0])
+    return np.concatenate([np.zeros(0, dtype=np.complex128), *part_poles])
 
 
 def _modes(
@@ -384,6 +384,7 @@ def widening(values: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatA
     total = np.maximum(weight.sum(axis=0), 1e-300)
     mean = (weight * filled).sum(axis=0) / total
     ratio = np.sqrt((weight * (filled - mean) ** 2).sum(axis=0) / free)
+    # few records know their scatter badly: Student's t in place of the normal
     student = scipy.special.stdtrit(free, 0.975) / NORMAL_95
     return ratio, np.where(ratio > 1.0, ratio * student, 1.0)
 
@@ -407,16 +408,18 @@ def _alone(modes: ModeSet, records: Sequence[Lines]) -> tuple[FloatArray, FloatA
     errors = np.ones_like(values)
     for number, record in enumerate(records):
         acting = np.abs(record.inputs).max(axis=1) > 0.0
-        own = lines_subset(record, slice(None, None, -(-record.frequency.size // MOST_LINES)))
-        own = replace(own, inputs=own.inputs[acting])
-        seen = np.flatnonzero(fit(own, modes.poles, 0).losses > price_of(own))
-        alone = fit(own, modes.poles[seen])
+        subset = lines_subset(
+            record, slice(None, None, -(-record.frequency.size // MOST_LINES))
+        )
+        subset = replace(subset, inputs=subset.inputs[acting])
+        seen = np.flatnonzero(fit(subset, modes.poles, 0).losses > price_of(subset))
+        alone = fit(subset, modes.poles[seen])
         if not seen.size:
             continue
         spread = np.sqrt(np.diag(alone.covariance)).reshape(-1, 2)
         near = np.argmin(np.abs(np.subtract.outer(modes.poles[seen], alone.poles)), axis=1)
-        found = frequency_of(alone.poles[near]), damping_of(alone.poles[near])
-        values[number][:, seen] = np.log(np.stack(found))
+        alone_values = frequency_of(alone.poles[near]), damping_of(alone.poles[near])
+        values[number][:, seen] = np.log(np.stack(alone_values))
         errors[number][:, seen] = np.maximum(spread[near][:, ::-1].T, 1e-12)
     return values, errors
 

@@ -54,9 +54,9 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     .. [1] Y. Yamamoto, Y. Nakatsukasa, Y. Yanagisawa and T. Fukaya, "Roundoff error analysis
        of the CholeskyQR2 algorithm", Electronic Trans. Numerical Analysis 44, 306-326, 2015.
     """
-    found = _by_cholesky(columns)
-    if found is not None:
-        return found
+    factors = _by_cholesky(columns)
+    if factors is not None:
+        return factors
     q, r = scipy.linalg.qr(columns, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(r))
     filled = r + np.diag(np.where(diagonal < 1e-13, 1e-13, 0.0))
@@ -88,7 +88,7 @@ class _Linear:
 
     q: FloatArray  # (2 n_lines, n_columns) orthonormal
     coefficients: FloatArray  # (n_columns, n_outputs)
-    left: FloatArray  # (n_outputs, 2 n_lines), weighted
+    residual: FloatArray  # (n_outputs, 2 n_lines), weighted
     noise: FloatArray
     deviance: float
     scaled: FloatArray  # coefficients of columns of length 1
@@ -133,26 +133,27 @@ def fit(lines: Lines, poles: ComplexArray, steps: int = STEPS) -> ModalFit:
     rest, target = rest_of(lines), stacked(lines.weights * lines.outputs)
     place = _places(np.asarray(poles, dtype=np.complex128))
     linear = _linear(lines, _poles(place), rest, target)
-    damping, settled = 1e-3, steps == 0
+    damping, converged = 1e-3, steps == 0
     for _ in range(steps if place.size else 0):
         _, gram, gradient = _normal_equations(lines, _poles(place), linear)
-        found = None
-        while found is None and damping < 1e6:
+        lower = None
+        while lower is None and damping < 1e6:
+            # Marquardt's scaling: damping ratios are known far worse than frequencies
             step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), -gradient)
             new = np.asarray(place + _limited(np.reshape(step, (2, -1))), dtype=np.float64)
             new[0] = np.clip(new[0], *np.log(DAMPING_LIMITS))
             trial = _linear(lines, _poles(new), rest, target)
             if trial.deviance < linear.deviance:
-                found = new, trial
+                lower = new, trial
             else:
                 damping *= 8.0
-        gain = 0.0 if found is None else linear.deviance - found[1].deviance
-        if found is not None:
-            (place, linear), damping = found, max(damping / 8.0, 1e-9)
+        gain = 0.0 if lower is None else linear.deviance - lower[1].deviance
+        if lower is not None:
+            (place, linear), damping = lower, max(damping / 8.0, 1e-9)
         if gain < SETTLED:
-            settled = True
+            converged = True
             break
-    return _result(lines, place, linear, settled=settled)
+    return _result(lines, place, linear, converged=converged)
 
 
 def _places(poles: ComplexArray) -> FloatArray:
@@ -168,6 +169,7 @@ def _poles(place: FloatArray) -> ComplexArray:
 
 def _limited(step: FloatArray) -> FloatArray:
     """Return a step that changes no damping by more than a factor of 2, nor a frequency 2 %."""
+    # logarithms of both: ln 2 is 0.7
     largest = max(float(np.max(np.abs(step[0]))) / 0.7, float(np.max(np.abs(step[1]))) / 0.02)
     return step / max(1.0, largest)
 
@@ -180,16 +182,16 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
     q, r = orthonormal((matrix / scale[:, np.newaxis]).T)
     shared = q.T @ target.T
     scaled = scipy.linalg.solve_triangular(r, shared)
-    left = target - (q @ shared).T
+    residual = target - (q @ shared).T
     noise = np.maximum(
-        2.0 * np.mean(left**2, axis=1), 1e-24 * np.mean(target**2, axis=1) + 1e-300
+        2.0 * np.mean(residual**2, axis=1), 1e-24 * np.mean(target**2, axis=1) + 1e-300
     )
     n = target.shape[1]
     inverse = scipy.linalg.solve_triangular(r, np.eye(r.shape[0]))
     return _Linear(
         q=q,
         coefficients=scaled / scale[:, np.newaxis],
-        left=left,
+        residual=residual,
         noise=noise,
         deviance=float(n * np.sum(np.log(noise))),
         scaled=scaled,
@@ -199,15 +201,15 @@ def _linear(lines: Lines, poles: ComplexArray, rest: FloatArray, target: FloatAr
 
 def _losses(linear: _Linear, n_modes: int, n_columns: int) -> FloatArray:
     """Return how much the deviance rises without each mode, its neighbours adapted."""
-    n = linear.left.shape[1]
+    n = linear.residual.shape[1]
     losses = np.empty(n_modes)
     for mode in range(n_modes):
-        own = slice(mode * n_columns, (mode + 1) * n_columns)
+        columns = slice(mode * n_columns, (mode + 1) * n_columns)
         # (A A^T)^-1 by the singular values of A: columns of a blow's response and of what rang
         # before it are nearly dependent, and their products singular
-        turned, sizes, _ = np.linalg.svd(linear.inverse[own], full_matrices=False)
+        turned, sizes, _ = np.linalg.svd(linear.inverse[columns], full_matrices=False)
         least = np.finfo(np.float64).eps * sizes.max()
-        along = turned.T @ linear.scaled[own] / np.maximum(sizes, least)[:, np.newaxis]
+        along = turned.T @ linear.scaled[columns] / np.maximum(sizes, least)[:, np.newaxis]
         more = np.sum(along**2, axis=0)
         losses[mode] = n * np.sum(np.log1p(2.0 * more / n / linear.noise))
     return losses
@@ -240,7 +242,7 @@ def _normal_equations(
     gram = np.einsum(
         "amibnj,mio,njo,o->ambn", products, residues, residues, weight, optimize=True
     )
-    against = (flat @ linear.left.T).reshape(2, n_modes, n_columns, -1)
+    against = (flat @ linear.residual.T).reshape(2, n_modes, n_columns, -1)
     gradient = -np.einsum("amio,mio,o->am", against, residues, weight)
     size = 2 * n_modes
     slopes = flat.reshape(2, n_modes, n_columns, n_rows)
@@ -257,9 +259,10 @@ def _covariance(lines: Lines, poles: ComplexArray, linear: _Linear) -> FloatArra
     slopes, gram, _ = _normal_equations(lines, poles, linear)
     n_modes, n_columns = slopes.shape[1:3]
     residues = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, -1)
-    n_rows = linear.left.shape[1]
+    n_rows = linear.residual.shape[1]
+    # leverage of a line (MacKinnon and White, J. Econometrics 29, 305-325, 1985)
     taken = np.minimum(np.sum(linear.q**2, axis=1), 0.9)
-    weighted = linear.left / linear.noise[:, np.newaxis] / np.sqrt(1.0 - taken)
+    weighted = linear.residual / linear.noise[:, np.newaxis] / np.sqrt(1.0 - taken)
     mixed = np.einsum("mio,or->mir", residues, weighted)
     each = np.einsum("amir,mir->amr", slopes, mixed).reshape(2 * n_modes, n_rows)
     scores = each[:, : n_rows // 2] + each[:, n_rows // 2 :]
@@ -283,21 +286,23 @@ def _power(outputs: ComplexArray) -> FloatArray:
     return np.where(power > 0.0, power, 1.0)
 
 
-def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) -> ModalFit:
+def _result(lines: Lines, place: FloatArray, linear: _Linear, *, converged: bool) -> ModalFit:
     poles = _poles(place)
     n_modes, n_lines = poles.size, lines.frequency.size
     n_inputs = lines.inputs.shape[0]
     n_columns = 2 * (n_inputs + lines.n_transients)
     n_outputs = lines.outputs.shape[0]
-    own = linear.coefficients[: n_modes * n_columns].reshape(n_modes, n_columns, n_outputs)
-    halves = own[:, : 2 * n_inputs].reshape(n_modes, n_inputs, 2, n_outputs)
+    pole_coefficients = linear.coefficients[: n_modes * n_columns].reshape(
+        n_modes, n_columns, n_outputs
+    )
+    halves = pole_coefficients[:, : 2 * n_inputs].reshape(n_modes, n_inputs, 2, n_outputs)
     residues = np.moveaxis(halves[:, :, 0] + 1j * halves[:, :, 1], 1, 2)
     covariance = (_covariance(lines, poles, linear) if n_modes else np.zeros((0, 0))).reshape(
         2, n_modes, 2, n_modes
     )
     by_frequency = np.argsort(np.abs(poles))
     covariance = covariance[:, by_frequency][..., by_frequency]
-    left = linear.left[:, :n_lines] + 1j * linear.left[:, n_lines:]
+    residual = linear.residual[:, :n_lines] + 1j * linear.residual[:, n_lines:]
     n_rest = n_inputs * len(RESIDUAL_POWERS)
     rest = linear.coefficients[n_modes * n_columns :][:n_rest]
     return ModalFit(
@@ -306,14 +311,14 @@ def _result(lines: Lines, place: FloatArray, linear: _Linear, *, settled: bool) 
         rest=np.moveaxis(rest.reshape(n_inputs, len(RESIDUAL_POWERS), n_outputs), 0, 1),
         reference=reference_of(lines),
         covariance=covariance.transpose(1, 0, 3, 2).reshape(2 * n_modes, 2 * n_modes),
-        synthesis=lines.outputs - left / lines.weights,
+        synthesis=lines.outputs - residual / lines.weights,
         noise=linear.noise,
         unexplained=np.sqrt(
-            _power(np.asarray(left / lines.weights, dtype=np.complex128))
+            _power(np.asarray(residual / lines.weights, dtype=np.complex128))
             / _power(lines.outputs)
         ),
         deviance=linear.deviance,
         losses=_losses(linear, n_modes, n_columns)[by_frequency],
         n_parameters=2 * n_modes + linear.q.shape[1] * lines.outputs.shape[0],
-        settled=settled,
+        converged=converged,
     )

@@ -170,8 +170,8 @@ def thinned(lines: Lines, most: int = MOST_LINES) -> Lines:
     if every == 1:
         return lines
     kept = np.zeros(lines.frequency.size, dtype=bool)
-    for own in lines.records:
-        kept[np.flatnonzero(own)[::every]] = True
+    for record in lines.records:
+        kept[np.flatnonzero(record)[::every]] = True
     return lines_subset(lines, kept)
 
 

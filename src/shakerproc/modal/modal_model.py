@@ -168,7 +168,7 @@ class ModalFit:
         How much it rises without each mode.
     n_parameters : int
         Real numbers that were fitted.
-    settled : bool
+    converged : bool
         Whether the search ended before its last step.
     """
 
@@ -183,7 +183,7 @@ class ModalFit:
     deviance: float
     losses: FloatArray
     n_parameters: int
-    settled: bool
+    converged: bool
 
     def criterion(self, n_values: int) -> float:
         """Return Schwarz' criterion, smaller for the better model."""

@@ -101,8 +101,8 @@ def jackknife(
     values = np.empty((len(others), 2, poles.size))
     turned = np.empty((len(others), *shapes.shape), dtype=np.complex128)
     for block, fits in enumerate(others):
-        own, again = _again(fits, diagram, poles)
-        values[block] = np.log(damping_of(own)), np.log(frequency_of(own))
+        whole, again = _again(fits, diagram, poles)
+        values[block] = np.log(damping_of(whole)), np.log(frequency_of(whole))
         turned[block] = scaled_to(normalised(again * scale), shapes)
     if not others:
         return np.zeros((2, 0)), np.zeros(shapes.shape)
@@ -121,25 +121,25 @@ def _again(
     Not a number, and no shape, where no such order has a pole.
     """
     stable = np.flatnonzero(diagram.stable)
-    found: list[complex] = []
+    poles_again: list[complex] = []
     shapes: list[ComplexArray] = []
     for pole in poles:
         nearest = stable[np.argmin(np.abs(diagram.poles[stable] - pole))]
         number = diagram.cluster[nearest]
         there = diagram.order[diagram.cluster == number] if number >= 0 else []
         orders = {*there, diagram.order[nearest]}
-        own = [fit for fit in fits if fit.order in orders and fit.poles.size]
-        if not own:
-            found.append(complex(np.nan, np.nan))
+        usable = [fit for fit in fits if fit.order in orders and fit.poles.size]
+        if not usable:
+            poles_again.append(complex(np.nan, np.nan))
             shapes.append(np.zeros(diagram.shapes.shape[1], dtype=np.complex128))
             continue
-        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in own]
-        every = np.array([fit.poles[row] for fit, row in zip(own, near, strict=True)])
+        near = [int(np.argmin(np.abs(fit.poles - pole))) for fit in usable]
+        every = np.array([fit.poles[row] for fit, row in zip(usable, near, strict=True)])
         middle = complex(np.median(every.real), np.median(every.imag))
         first = int(np.argmin(np.abs(every - middle)))
-        found.append(middle)
-        shapes.append(own[first].shapes[near[first]])
-    return np.array(found, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
+        poles_again.append(middle)
+        shapes.append(usable[first].shapes[near[first]])
+    return np.array(poles_again, dtype=np.complex128), np.array(shapes, dtype=np.complex128)
 
 
 @final
@@ -205,8 +205,8 @@ def identify_output_only(
             f"{numeral(4 * BLOCKS * n_rows * interval)} s are needed"
         )
     parts = _correlations(samples, 2 * n_rows)
-    diagram, found, notes = _modes(parts, n_rows, interval, scale, settings)
-    poles = found.poles
+    diagram, modes, notes = _modes(parts, n_rows, interval, scale, settings)
+    poles = modes.poles
     tones = [
         f"{numeral(value, 4)} Hz has hardly any damping: a tone of the excitation looks like "
         "that"
@@ -216,9 +216,9 @@ def identify_output_only(
     return ModeSet(
         method="output only",
         poles=poles,
-        damping_error=student * found.errors[0],
-        frequency_error=student * found.errors[1],
-        shapes=normalised(without_chance(found.shapes, found.chance)),
+        damping_error=student * modes.errors[0],
+        frequency_error=student * modes.errors[1],
+        shapes=normalised(without_chance(modes.shapes, modes.chance)),
         participation=np.ones((poles.size, 0), dtype=np.complex128),
         diagram=diagram,
         model=None,
@@ -251,12 +251,12 @@ def _modes(
     others = [[_poles(space, order) for order in orders] for space in spaces]
     errors, chance = jackknife(others, diagram, poles, shapes, scale)
     known = wanted | (errors[0] < UNKNOWN_DAMPING)
-    found = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
-    if settings.modes is not None and found.poles.size < settings.modes:
+    modes = _FoundModes(poles[known], shapes[known], errors[:, known], chance[known])
+    if settings.modes is not None and modes.poles.size < settings.modes:
         notes.append(
-            f"{settings.modes} modes were asked for, the measurement shows {found.poles.size}"
+            f"{settings.modes} modes were asked for, the measurement shows {modes.poles.size}"
         )
-    return diagram, found, notes
+    return diagram, modes, notes
 
 
 def _chosen(
@@ -301,7 +301,7 @@ def _correlations(samples: FloatArray, n_lags: int) -> FloatArray:
     """Return sums of y(t + k) y(t)^T over the t of each block, (blocks, lags, n, n)."""
     n, length = samples.shape
     size = (length - n_lags) // BLOCKS
-    found = np.empty((BLOCKS, n_lags, n, n))
+    values = np.empty((BLOCKS, n_lags, n, n))
     for block in range(BLOCKS):
         start = block * size
         now = samples[:, start : start + size]
@@ -309,8 +309,8 @@ def _correlations(samples: FloatArray, n_lags: int) -> FloatArray:
         padded = scipy.fft.next_fast_len(size + 2 * n_lags, real=True)
         first, second = scipy.fft.rfft(now, padded), scipy.fft.rfft(later, padded)
         product = second[:, np.newaxis] * first.conj()[np.newaxis]
-        found[block] = np.moveaxis(scipy.fft.irfft(product, padded)[..., :n_lags], -1, 0)
-    return found
+        values[block] = np.moveaxis(scipy.fft.irfft(product, padded)[..., :n_lags], -1, 0)
+    return values
 
 
 def _subspace(correlation: FloatArray, n_rows: int, interval: float) -> _Subspace:
@@ -318,8 +318,9 @@ def _subspace(correlation: FloatArray, n_rows: int, interval: float) -> _Subspac
     index = np.arange(n_rows)
     blocks = correlation[1 + index[:, np.newaxis] + index[np.newaxis]]
     hankel = blocks.transpose(0, 2, 1, 3).reshape(n_rows * n, n_rows * n)
-    left, sizes, _ = scipy.linalg.svd(hankel, check_finite=False)
-    return _Subspace(left * np.sqrt(sizes), n, interval)
+    # balanced: the vectors times roots of the singular values are the observability matrix
+    vectors, sizes, _ = scipy.linalg.svd(hankel, check_finite=False)
+    return _Subspace(vectors * np.sqrt(sizes), n, interval)
 
 
 def _poles(space: _Subspace, order: int) -> OrderPoles:

@@ -129,8 +129,8 @@ def reweighted(lines: Lines, model: ModalFit) -> Lines:
     """
     share = _residual_share(lines, model).mean(axis=0)
     level = np.empty_like(share)
-    for own in lines.records:
-        level[own] = _smooth(share[own])
+    for record in lines.records:
+        level[record] = _smooth(share[record])
     weight = lines.weights / np.sqrt(np.maximum(level, 1e-6 * level.max() + 1e-300))
     return replace(lines, weight=weight / np.sqrt(np.mean(weight**2)))
 
@@ -143,9 +143,9 @@ def _smooth(values: FloatArray) -> FloatArray:
 
 def _residual_share(lines: Lines, model: ModalFit) -> FloatArray:
     """Return the residual of each line over its mean, (n_outputs, n_lines)."""
-    left = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
-    mean = left.mean(axis=1, keepdims=True)
-    return np.asarray(left / np.where(mean > 0.0, mean, 1.0))
+    residual = np.abs(lines.weights * (lines.outputs - model.synthesis)) ** 2
+    mean = residual.mean(axis=1, keepdims=True)
+    return np.asarray(residual / np.where(mean > 0.0, mean, 1.0))
 
 
 def _grown(
@@ -183,15 +183,16 @@ def twins(lines: Lines, model: ModalFit) -> ComplexArray:
     (n,) complex array
         Poles to begin from, 1 and 3 % to either side [rad/s].
     """
-    left = _residual_share(lines, model)
-    excess, found = left.mean(axis=0) - np.median(left.mean(axis=0)), []
+    residual = _residual_share(lines, model)
+    excess, starts = residual.mean(axis=0) - np.median(residual.mean(axis=0)), []
     for pole in model.poles:
         frequency, reach = np.abs(pole) / (2.0 * np.pi), -pole.real / np.pi
         near = np.abs(lines.frequency - frequency) < max(reach, 0.01 * frequency)
-        count = int(near.sum()) * left.shape[0]
+        count = int(near.sum()) * residual.shape[0]
+        # squares of complex noise scatter as much as their mean, which is 1: three deviations
         if count and excess[near].mean() > 3.0 / np.sqrt(count):
-            found += [pole * (1.0 + shift) for shift in (-0.015, 0.015, -0.03, 0.03)]
-    return np.array(found, dtype=np.complex128)
+            starts += [pole * (1.0 + shift) for shift in (-0.015, 0.015, -0.03, 0.03)]
+    return np.array(starts, dtype=np.complex128)
 
 
 def distinct_poles(poles: ComplexArray) -> ComplexArray:
@@ -269,11 +270,11 @@ def parts_of(
     for count in N_PARTS:
         cuts = np.searchsorted(power, power[-1] * np.arange(1, count) / count)
         ends = [0, *(int(cut) for cut in cuts), power.size]
-        own = [slice(*both) for both in pairwise(ends)]
+        ranges = [slice(*both) for both in pairwise(ends)]
         try:
             parts = [
                 lines_of_samples(inputs[:, one], responses[:, one], sample_rate, band)
-                for one in own
+                for one in ranges
             ]
         except ValueError:  # of a band with fewer than 8 lines
             continue
@@ -386,19 +387,20 @@ def predicted_deviance(
     columns /= np.linalg.norm(columns, axis=1, keepdims=True)
     targets = stacked(whole.outputs)
     reduced = []
-    for part, own in zip(parts, whole.records, strict=True):
+    for part, record in zip(parts, whole.records, strict=True):
         decay = _columns(replace(part, inputs=part.inputs[:0]), free)
         taken, _ = orthonormal((decay / np.linalg.norm(decay, axis=1, keepdims=True)).T)
-        rows = np.concatenate([columns, targets])[:, np.tile(own, 2)]
+        rows = np.concatenate([columns, targets])[:, np.tile(record, 2)]
         reduced.append(rows - (rows @ taken) @ taken.T)
+    # sums of all parts less those of one are the normal equations without that part
     gram = np.array([rows @ rows.T for rows in reduced])
     n = len(columns)
-    found = []
+    deviances = []
     for rows, products in zip(reduced, gram.sum(axis=0) - gram, strict=True):
         residues = np.linalg.lstsq(products[:n, :n], products[:n, n:], rcond=1e-14)[0]
-        left = np.mean((rows[n:] - residues.T @ rows[:n]) ** 2, axis=1)
-        found.append(rows.shape[1] * np.sum(np.log(np.maximum(left, 1e-300))))
-    return np.array(found)
+        residual = np.mean((rows[n:] - residues.T @ rows[:n]) ** 2, axis=1)
+        deviances.append(rows.shape[1] * np.sum(np.log(np.maximum(residual, 1e-300))))
+    return np.array(deviances)
 
 
 def _columns(lines: Lines, poles: ComplexArray) -> FloatArray:

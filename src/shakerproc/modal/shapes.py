@@ -230,16 +230,16 @@ def _of(
     at_sensors = np.where(np.abs(at_sensors) > ALONE**0.5 * largest, at_sensors, 0.0)
     inverse = np.linalg.pinv(at_sensors.T, rcond=ALONE**0.5)
     size = float(np.linalg.norm(shape))
-    left = shape - at_sensors.T @ (inverse @ shape)
+    residual = shape - at_sensors.T @ (inverse @ shape)
     free = 1.0 - np.einsum("ms,ms->s", at_sensors, inverse).real
-    told = free > ALONE
-    predicted = np.abs(left) / np.where(told, free, 1.0)
-    for i in np.flatnonzero(~told):
+    is_determined = free > ALONE
+    predicted = np.abs(residual) / np.where(is_determined, free, 1.0)
+    for i in np.flatnonzero(~is_determined):
         rest = np.arange(shape.size) != i
         others = np.linalg.pinv(at_sensors.T[rest], rcond=ALONE**0.5) @ shape[rest]
         predicted[i] = np.abs(shape[i] - at_sensors[:, i] @ others)
     return (
         at_points.T @ (inverse @ shape),
-        float(np.linalg.norm(left)) / size,
+        float(np.linalg.norm(residual)) / size,
         float(np.linalg.norm(predicted)) / size,
     )

@@ -364,7 +364,7 @@ def _clusters(diagram: Diagram, limits: Tolerances, n_orders: int) -> NDArray[np
     near = _matching_poles(poles[rows], shapes[rows], poles[rows], shapes[rows], limits)
     near |= near.T
     free = np.ones(rows.size, dtype=bool)
-    found: list[NDArray[np.intp]] = []
+    indices: list[NDArray[np.intp]] = []
     least = max(3, n_orders // 8)
     while True:
         count = (near & free[np.newaxis]).sum(axis=1) * free
@@ -374,9 +374,9 @@ def _clusters(diagram: Diagram, limits: Tolerances, n_orders: int) -> NDArray[np
         members = rows[near[centre] & free]
         free &= ~near[centre]
         if np.unique(order[members]).size >= least:
-            found.append(members)
-    found.sort(key=lambda members: float(np.median(np.abs(poles[members]))))
-    for number, members in enumerate(found):
+            indices.append(members)
+    indices.sort(key=lambda members: float(np.median(np.abs(poles[members]))))
+    for number, members in enumerate(indices):
         cluster[members] = number
     return cluster
 
@@ -396,10 +396,10 @@ def candidates(diagram: Diagram) -> tuple[ComplexArray, ComplexArray, NDArray[np
     poles, shapes, counts = [], [], []
     for number in range(diagram.n_clusters):
         members = np.flatnonzero(diagram.cluster == number)
-        own = diagram.poles[members]
-        middle = complex(np.median(own.real), np.median(own.imag))
+        members_poles = diagram.poles[members]
+        middle = complex(np.median(members_poles.real), np.median(members_poles.imag))
         poles.append(middle)
-        shapes.append(diagram.shapes[members[np.argmin(np.abs(own - middle))]])
+        shapes.append(diagram.shapes[members[np.argmin(np.abs(members_poles - middle))]])
         counts.append(np.unique(diagram.order[members]).size)
     width = diagram.shapes.shape[1]
     return (

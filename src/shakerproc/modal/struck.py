@@ -49,7 +49,7 @@ class Struck:
         Force [N] and responses [unit of the channel] of the block of each.
     forces : (n_blows,) array
         Largest force of each, with its sign [N].
-    left : float
+    end_share : float
         Mean share of a response that is left at the end of its block [-].
     kept : str
         How many of how many.
@@ -58,7 +58,7 @@ class Struck:
     cross: CrossSpectra
     records: tuple[Record, ...]
     forces: FloatArray
-    left: float
+    end_share: float
     kept: str
 
     @property
@@ -82,9 +82,9 @@ class Struck:
         """Notes on the blows used, and on how the fit takes a truncated decay into account."""
         yield self.kept
         rate = self.cross.decay_rate
-        if self.left > RINGS:
+        if self.end_share > RINGS:
             yield (
-                f"{self.left:.0%} of a response is left at the end of the blocks. The fit "
+                f"{self.end_share:.0%} of a response is left at the end of the blocks. The fit "
                 "allows for it, and for the ringing of earlier blows; the measured functions "
                 "that are drawn do not"
             )
@@ -126,7 +126,7 @@ def struck_of(recording: Recording, crop: Crop, test: Test, rows: list[int]) -> 
         cross.of(chosen),
         tuple(records),
         np.array([blow.force for blow in blows.kept]),
-        blows.left,
+        blows.end_share,
         f"{len(blows.kept)} of {len(blows.blows)} blows are averaged",
     )
 

@@ -224,16 +224,16 @@ def _material(
     DocumentError
         If no material has that name.
     """
-    name, found = (said, known.get(said)) if isinstance(said, str) else ("inline", said)
-    if found is None:
+    name, entry = (said, known.get(said)) if isinstance(said, str) else ("inline", said)
+    if entry is None:
         unknown: DocumentError = _unknown(document, name, known, place)
         raise unknown
     return Material(
         name,
-        found.youngs_modulus,
-        found.poissons_ratio,
-        found.density,
-        found.thermal_expansion,
+        entry.youngs_modulus,
+        entry.poissons_ratio,
+        entry.density,
+        entry.thermal_expansion,
     )
 
 
@@ -392,15 +392,15 @@ def out_of_plane_model(
 
     `damping_ratio` is a share of the critical damping [-].
     """
-    found = modal_equivalent(coupon, count)
-    carried = sum(one.mass for one in found.oscillators)
+    equivalent = modal_equivalent(coupon, count)
+    modal_mass = sum(one.mass for one in equivalent.oscillators)
     heading = OUT_OF_PLANE.format(
-        share=carried / found.moving_mass,
-        moving=1e3 * found.moving_mass,
-        radius=1e3 * found.unit_radius,
-        rim=found.rim_factor,
+        share=modal_mass / equivalent.moving_mass,
+        moving=1e3 * equivalent.moving_mass,
+        radius=1e3 * equivalent.unit_radius,
+        rim=equivalent.rim_factor,
     )
-    return _model(title, found.oscillators, damping_ratio), heading
+    return _model(title, equivalent.oscillators, damping_ratio), heading
 
 
 def in_plane_model(

@@ -131,6 +131,7 @@ def change_parameters(path: Path, changes: Changes, out: Path) -> None:
     _edit(path, out, _NewContent(NewNumbers(changes)))
 
 
+# text is replaced: a YAML writer moves indentation and columns (decision 14)
 def _edit(path: Path, out: Path, wanted: "_NewContent") -> None:
     """Write the changed text, once it has been read back and checked."""
     before, new = read_model_file(path), wanted.numbers
@@ -184,8 +185,8 @@ def _check_written(before: ModelFile, path: Path, wanted: _NewContent) -> None:
     except DocumentError as error:
         broken: DocumentError = _refused(before, error.says, "elements")
         raise broken from error
-    found = (model.elements, dict(model.masses), model.modes, dict(model.structures))
-    if found != expected:
+    written = (model.elements, dict(model.masses), model.modes, dict(model.structures))
+    if written != expected:
         wrong: DocumentError = _refused(before, "it would not read back the same", "elements")
         raise wrong
 

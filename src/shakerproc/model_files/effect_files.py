@@ -144,5 +144,5 @@ class _Reduced:
 
 def _made(source: EffectSource, kind: str, values: Mapping[str, Any]) -> AbstractEffect:
     """Return an effect of a file, in whatever process."""
-    known = EFFECTS.own if source in _USED else source.use()
+    known = EFFECTS.from_user if source in _USED else source.use()
     return known[kind](**values)

@@ -45,12 +45,14 @@ def seen_at(table: ModeTable, points: Mapping[str, str], axes: Collection[str]) 
         With the points as places, in the units of the table.
     """
     row_of = table.row_of
-    told = {axis: participations_of(table, axis) for axis in axes}
+    participations = {axis: participations_of(table, axis) for axis in axes}
     return replace(
         table,
         places=tuple(points),
         shapes=table.shapes[[row_of[place] for place in points.values()]],
-        participations={axis: share for axis, share in told.items() if share is not None},
+        participations={
+            axis: share for axis, share in participations.items() if share is not None
+        },
         positions={
             point: table.positions[place]
             for point, place in points.items()
@@ -96,7 +98,7 @@ def modes_of(
     shapes = (table.shapes @ turn).T
     shares = participations_of(table, axis)
     turned = None if shares is None else shares @ turn
-    found = tuple(
+    modes = tuple(
         StructureMode(
             float(table.frequencies[i]),
             float(damping[i]) if table.frequencies[i] else 0.0,
@@ -106,7 +108,7 @@ def modes_of(
         for i, shape in enumerate(shapes)
         if np.any(shape)
     )
-    return found, shares
+    return modes, shares
 
 
 def structure_of(

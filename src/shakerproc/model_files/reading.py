@@ -48,14 +48,14 @@ def read_numbers(value: object, parameter: Parameter) -> tuple[float, ...]:
         If it is none, with what was expected.
     """
     text = repr(value) if isinstance(value, int | float) else value
-    found = _NUMBERS.fullmatch(text.strip()) if isinstance(text, str) else None
-    if found is None:
+    match = _NUMBERS.fullmatch(text.strip()) if isinstance(text, str) else None
+    if match is None:
         raise ValueError(
             "expected numbers with one unit at the end, such as "
             f"{example_numbers(parameter)}, got {quoted(value)}"
         )
-    unit = found[2].strip()
-    words = found[1].replace(",", " ").split()
+    unit = match[2].strip()
+    words = match[1].replace(",", " ").split()
     if len(words) > MOST_NUMBERS:
         raise ValueError(f"expected {MOST_NUMBERS} numbers at most, got {len(words)}")
     return tuple(to_si(f"{word} {unit}".strip(), parameter.unit) for word in words)
@@ -189,10 +189,10 @@ def _kinds(
     )
 
 
-def _unknown(what: str, found: object, known: list[str], of: str = "") -> str:
-    meant = near_miss(found, known) if isinstance(found, str) else None
+def _unknown(what: str, value: object, known: list[str], of: str = "") -> str:
+    meant = near_miss(value, known) if isinstance(value, str) else None
     hint = f'did you mean "{meant}"?' if meant else f"there are {', '.join(known)}"
-    return " ".join(f"unknown {what} {quoted(found)} {of}".split()) + f"; {hint}"
+    return " ".join(f"unknown {what} {quoted(value)} {of}".split()) + f"; {hint}"
 
 
 def _value(
@@ -470,13 +470,13 @@ def _mode(
 
 def _excitation(document: Document[ModelSchema], places: list[str]) -> Excitation:
     said = document.value.excitation
-    found = [
+    excitations = [
         Excitation("base acceleration") if said.base else None,
         Excitation("free decay") if said.free else None,
         _acting(document, "force on", said.force_on, places),
         _acting(document, "displacement of", said.displacement_of, places),
     ]
-    chosen = [one for one in found if one is not None]
+    chosen = [one for one in excitations if one is not None]
     if len(chosen) != 1:
         raise document.error(
             ("excitation",),

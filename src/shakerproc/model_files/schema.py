@@ -121,7 +121,7 @@ def read_structures(document: Document[ModelSchema]) -> dict[str, Structure]:
     DocumentError
         If one is no structure, or two places have one name; with line and column.
     """
-    found: dict[str, Structure] = {}
+    structures: dict[str, Structure] = {}
     owner = dict.fromkeys(document.value.masses, "a mass") | {BASE: "the shaker table"}
     for name, said in document.value.structures.items():
         where = ("structures", name)
@@ -137,8 +137,8 @@ def read_structures(document: Document[ModelSchema]) -> dict[str, Structure]:
                     f"places are unique in a model",
                 )
         owner |= dict.fromkeys(one.points, f"a point of {name}")
-        found[name] = one
-    return found
+        structures[name] = one
+    return structures
 
 
 def check_driven(
@@ -324,9 +324,9 @@ def _modes_of_file(
         )
     _check_modes(document, here, table.frequencies, damping, written)
     axis = said.direction or _one_axis(points.values())
-    found = seen_at(table, points, {axis})
-    modes, shares = modes_of(found, damping, axis)
-    known = {p: place for p, place in found.positions.items() if _unsaid(said, p)}
+    table_seen = seen_at(table, points, {axis})
+    modes, shares = modes_of(table_seen, damping, axis)
+    known = {p: place for p, place in table_seen.positions.items() if _unsaid(said, p)}
     return tuple(points), modes, known | said.positions, shares
 
 
@@ -415,10 +415,10 @@ def _mode(
 def _participation(document: Document[Any], where: Where, written: object) -> float:
     """Return a participation, such as ``1.9 sqrt(kg)`` [sqrt(kg)]."""
     wanted = f"expected such as 1.9 sqrt(kg), got {quoted(written)}"
-    found = _ROOT_OF_MASS.fullmatch(written) if isinstance(written, str) else None
-    if found is None:
+    match = _ROOT_OF_MASS.fullmatch(written) if isinstance(written, str) else None
+    if match is None:
         raise document.error(where, wanted)
     try:
-        return to_si(found[1], "1") * float(to_si(f"1 {found[2]}", "kg") ** 0.5)
+        return to_si(match[1], "1") * float(to_si(f"1 {match[2]}", "kg") ** 0.5)
     except ValueError as error:
         raise document.error(where, wanted) from error

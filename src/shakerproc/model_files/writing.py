@@ -214,9 +214,9 @@ def within(value: float, unit: str, low: float | None, high: float | None) -> fl
     room = 1e-3 * min(ends, default=0.0) or 1e-6 * abs(value)
     for digits in range(2, 17):
         text = f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
-        found = to_si(text, unit)
-        if abs(found - value) <= room:
-            return found
+        si_value = to_si(text, unit)
+        if abs(si_value - value) <= room:
+            return si_value
     return value
 
 

@@ -146,12 +146,12 @@ _MODULE = re.compile(r"shakerproc\.(\w+)\.(kernels|laws)(?:\.| import )(\w+)")
 @cache
 def _sources(path: Path) -> frozenset[Path]:
     """Return a kernel file and all kernel files that it imports, however far down."""
-    found = {path}
+    paths = {path}
     for room, kind, module in _MODULE.findall(path.read_text(encoding="utf-8")):
         folder = _PACKAGE / room / kind
         alone = folder.with_suffix(".py")  # kernels of a room that has few
-        found |= _sources(alone if alone.exists() else folder / f"{module}.py")
-    return frozenset(found)
+        paths |= _sources(alone if alone.exists() else folder / f"{module}.py")
+    return frozenset(paths)
 
 
 @cache

@@ -281,6 +281,7 @@ def _ramp(x: float) -> float:
     .. math:: \int_0^1 e^{-x (1 - s)} (s - \tfrac12) \, ds
         = \frac{1 + e^{-x}}{2 x} - \frac{1 - e^{-x}}{x^2}
     """
+    # first term of the series, as the difference below loses its digits here
     if x < 1e-3:
         return x / 12.0
     return (1.0 + np.exp(-x)) / (2.0 * x) + np.expm1(-x) / (x * x)

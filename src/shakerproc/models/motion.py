@@ -57,6 +57,6 @@ def shown_in(unit: str, motion: Motion, largest: float | None = None) -> tuple[s
     return prefix + shown, factor
 
 
-def _turned(found: re.Match[str]) -> str:
-    name, power = _OF_ROTATION[found["symbol"]], found["power"] or ""
+def _turned(match: re.Match[str]) -> str:
+    name, power = _OF_ROTATION[match["symbol"]], match["power"] or ""
     return f"({name}){power}" if power and " " in name else f"{name}{power}"

@@ -34,12 +34,12 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
     def __init__(self, known: Kinds) -> None:
         self._known = dict(known)
         self._installed: dict[str, type[AbstractEffect]] | None = None
-        self._own: dict[str, type[AbstractEffect]] = {}
+        self._from_user: dict[str, type[AbstractEffect]] = {}
         self._looking = RLock()
 
     def __getitem__(self, kind: str) -> "type[AbstractEffect]":
-        found = self._known.get(kind) or self._own.get(kind)
-        return found or self._all()[kind]
+        effect = self._known.get(kind) or self._from_user.get(kind)
+        return effect or self._all()[kind]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all())
@@ -53,13 +53,13 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
         return dict(self._known)
 
     @property
-    def own(self) -> Kinds:
+    def from_user(self) -> Kinds:
         """Effects that the user brought."""
-        return dict(self._own)
+        return dict(self._from_user)
 
-    def use_own(self, own: Kinds) -> None:
+    def use_own(self, effects: Kinds) -> None:
         """Let these be the user's own effects from now on, and no others."""
-        self._own = dict(own)
+        self._from_user = dict(effects)
 
     def _all(self) -> dict[str, type[AbstractEffect]]:
         with self._looking:
@@ -70,7 +70,7 @@ class EffectRegistry(Mapping[str, type[AbstractEffect]]):
                 except BaseException:
                     self._installed = None  # the next call says so again
                     raise
-            return {**self._known, **self._installed, **self._own}
+            return {**self._known, **self._installed, **self._from_user}
 
 
 def _installed(known: Kinds) -> dict[str, type[AbstractEffect]]:
@@ -81,10 +81,10 @@ def _installed(known: Kinds) -> dict[str, type[AbstractEffect]]:
     ModelError
         If one cannot be used.
     """
-    found: dict[str, type[AbstractEffect]] = {}
+    effects: dict[str, type[AbstractEffect]] = {}
     for entry in entry_points(group=GROUP):
-        found |= loaded(entry, {**known, **found})
-    return found
+        effects |= loaded(entry, {**known, **effects})
+    return effects
 
 
 def loaded(entry: EntryPoint, known: Kinds) -> dict[str, type[AbstractEffect]]:
@@ -97,8 +97,8 @@ def loaded(entry: EntryPoint, known: Kinds) -> dict[str, type[AbstractEffect]]:
     """
     where = f"entry point {entry.name} ({entry.value})"
     with failing(where):
-        found = entry.load()
-    return checked(effects_in(found), where, known)
+        module = entry.load()
+    return checked(effects_in(module), where, known)
 
 
 TYPICAL: Final = JointScales(1e-4, 0.05, 10.0, 1.2e5, 0.0286, 20.0, 5000.0)
@@ -132,9 +132,9 @@ def failing(where: str) -> Iterator[None]:
         raise
     except Exception as error:
         line = _line_of(error)
-        told = " ".join(str(error).split()) or type(error).__name__
+        text = " ".join(str(error).split()) or type(error).__name__
         raise ModelError(
-            f"{where}{line}: {type(error).__name__}: {told}. Correct it, or leave it out."
+            f"{where}{line}: {type(error).__name__}: {text}. Correct it, or leave it out."
         ) from error
 
 
@@ -166,7 +166,7 @@ def effects_in(loaded: Any) -> list[type[AbstractEffect]]:
 
 
 def checked(
-    found: list[type[AbstractEffect]], where: str, known: Mapping[str, type[AbstractEffect]]
+    classes: list[type[AbstractEffect]], where: str, known: Mapping[str, type[AbstractEffect]]
 ) -> dict[str, type[AbstractEffect]]:
     """Return effects by kind, each of which can be used.
 
@@ -183,14 +183,14 @@ def checked(
         If there is none, a kind is taken, or a law raises, is not finite, or jumps where its
         `switches` do not say so.
     """
-    if not found:
+    if not classes:
         raise ModelError(
             f"{where}: no effect in it. Write a class that derives from "
             f"shakerproc.models.AbstractSampledEffect, with kind, parameters, formula, "
             f"signature and force_at."
         )
     kinds: dict[str, type[AbstractEffect]] = {}
-    for made in found:
+    for made in classes:
         place = f"{where}, class {made.__name__}"
         _check_frame(made, place)
         if made.kind in known or made.kind in kinds or made.kind in FAULTS:
@@ -335,8 +335,8 @@ def jumps(law: Callable[[FloatArray], FloatArray], largest: float) -> FloatArray
     for _ in range(60):
         middle = 0.5 * (low + high)
         at_middle = law(middle)
-        left = np.abs(at_middle - at_low) >= np.abs(at_high - at_middle)
-        low, at_low = np.where(left, low, middle), np.where(left, at_low, at_middle)
-        high, at_high = np.where(left, middle, high), np.where(left, at_middle, at_high)
-    found: FloatArray = np.unique(high[np.abs(at_high - at_low) > JUMP * max(scale, 1e-300)])
-    return found
+        is_below = np.abs(at_middle - at_low) >= np.abs(at_high - at_middle)
+        low, at_low = np.where(is_below, low, middle), np.where(is_below, at_low, at_middle)
+        high, at_high = np.where(is_below, middle, high), np.where(is_below, at_middle, at_high)
+    values: FloatArray = np.unique(high[np.abs(at_high - at_low) > JUMP * max(scale, 1e-300)])
+    return values

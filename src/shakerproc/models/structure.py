@@ -251,8 +251,8 @@ class Structure:
         So many times the largest displacement of a point as there are modes: a length, as the
         coordinates of masses are, and no point moves further than the largest of them.
         """
-        found: FloatArray = np.max(np.abs(self.shapes), axis=0) * len(self.with_residuals)
-        return found
+        values: FloatArray = np.max(np.abs(self.shapes), axis=0) * len(self.with_residuals)
+        return values
 
     @property
     def of_fixed_base(self) -> bool:
@@ -299,14 +299,14 @@ class Structure:
                 "no rigid-body mode (0 Hz) and no participation, so that nothing says how a "
                 "base acceleration acts. State participation of each mode, in sqrt(kg)"
             )
-        found = base_participations(self.shapes, rigid, self.moved_by_base)
-        if found is None:
+        values = base_participations(self.shapes, rigid, self.moved_by_base)
+        if values is None:
             raise ValueError(
                 f"no sum of the rigid-body modes (0 Hz) moves all points as the base does: "
                 f"more than {_MOVED:.2g} of it is left. Check their shapes, or state "
                 "participation"
             )
-        return found
+        return values
 
 
 def base_participations(
@@ -331,10 +331,10 @@ def base_participations(
         :math:`\gamma`, 0 of elastic modes; None where rigid-body modes do not move so
         [sqrt(kg)].
     """
-    found = np.zeros(rigid.size)
-    found[rigid] = np.linalg.lstsq(shapes[:, rigid], moved, rcond=None)[0]
-    left = np.max(np.abs(shapes @ found - moved))
-    return found if left <= _MOVED else None
+    values = np.zeros(rigid.size)
+    values[rigid] = np.linalg.lstsq(shapes[:, rigid], moved, rcond=None)[0]
+    residual = np.max(np.abs(shapes @ values - moved))
+    return values if residual <= _MOVED else None
 
 
 def check_mass(participations: FloatArray, mass: float, *, fixed: bool) -> None:

@@ -291,8 +291,8 @@ def _depends(effect: AbstractMemorylessEffect) -> tuple[bool, bool, bool]:
     small = _ALIKE * np.max(np.abs(force))
     with_z = bool(np.any(np.abs(force - force[:1]) > small))
     with_v = bool(np.any(np.abs(force - force[:, :1]) > small))
-    left = force - force[:1] - force[:, :1] + force[0, 0]
-    return with_z, with_v, bool(np.any(np.abs(left) > small))
+    residual = force - force[:1] - force[:, :1] + force[0, 0]
+    return with_z, with_v, bool(np.any(np.abs(residual) > small))
 
 
 def _axis(i: int, cuts: Sequence[float], ratio: float) -> TableAxis:

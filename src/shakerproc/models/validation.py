@@ -198,9 +198,9 @@ def _check_base_is_reached(model: "Model", alone: Coordinates) -> None:
     free = np.flatnonzero(np.diag(alone.stiffness) == 0.0)
     free = free[free < len(alone.names) - len(model.modes)]
     stretched = np.reshape(held, (-1, len(alone.names)))[:, free]
-    left = np.eye(free.size) - np.linalg.pinv(stretched, rcond=_RANK) @ stretched
+    residual = np.eye(free.size) - np.linalg.pinv(stretched, rcond=_RANK) @ stretched
     for i, coordinate in enumerate(free):
-        if left[i, i] > _RANK:
+        if residual[i, i] > _RANK:
             name = alone.names[coordinate]
             what = "Add the element that holds it."
             if name not in model.masses:

@@ -291,11 +291,11 @@ def _tones(
 ) -> FloatArray:
     """Return the tones of a sine on random, each with a phase of its own, (n,) array."""
     time = np.arange(n_samples) / sample_rate
-    found = np.zeros(n_samples)
+    values = np.zeros(n_samples)
     for tone in test.tones:
         phase = generator.uniform(0.0, 2.0 * np.pi)
-        found += (tone.level or 0.0) * np.sin(2.0 * np.pi * tone.frequency * time + phase)
-    return found
+        values += (tone.level or 0.0) * np.sin(2.0 * np.pi * tone.frequency * time + phase)
+    return values
 
 
 def not_playable(test: Test) -> str:

@@ -202,8 +202,8 @@ class ModelJoint(AbstractJoint):
         omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequency, float))[:, None, None]
         dynamic = self.stiffness + 1j * omega * self.damping - omega**2 * self.mass
         load = np.broadcast_to(self.load[:, None], (len(omega), self.load.size, 1))
-        found: ComplexArray = np.linalg.solve(dynamic, load)[..., 0] @ self.direction
-        return found.reshape(np.shape(frequency))
+        values: ComplexArray = np.linalg.solve(dynamic, load)[..., 0] @ self.direction
+        return values.reshape(np.shape(frequency))
 
     def modes(self) -> tuple[JointMode, ...]:
         n = self.load.size
@@ -213,10 +213,10 @@ class ModelJoint(AbstractJoint):
         state[n:, n:] = -np.linalg.solve(self.mass, self.damping)
         roots = np.linalg.eigvals(state)
         roots = roots[roots.imag > 1e-9 * np.max(np.abs(roots))]
-        found = [
+        joint_modes = [
             JointMode(float(abs(r)) / (2.0 * np.pi), float(-r.real / abs(r))) for r in roots
         ]
-        return tuple(sorted(found, key=lambda mode: mode.frequency))
+        return tuple(sorted(joint_modes, key=lambda mode: mode.frequency))
 
     def walls(self) -> Walls | None:
         return self.own_walls

@@ -140,17 +140,17 @@ def _about_sweep(test: Test, shaken: AbstractInput, modes: list[JointMode]) -> I
 
 def _about_unknown_damping(test: Test, shaken: AbstractInput) -> Iterator[str]:
     """Say from which Q on the peaks of a sweep are low, where no model says the damping."""
-    told = []
+    sentences = []
     for frequency in (shaken.low, shaken.high):
         rate = rate_at(test, frequency)
         if rate is None or frequency <= 0.0:
             return
         # The fastest rate is as the square of the width: 1 Hz wide at 100 Hz is the measure.
         ratio = 0.01 * 100.0 / frequency * (rate / fastest_rate(100.0, 0.01)) ** 0.5
-        told.append(f"{numeral(0.5 / ratio, 2)} at {numeral(frequency, 4)} Hz")
+        sentences.append(f"{numeral(0.5 / ratio, 2)} at {numeral(frequency, 4)} Hz")
     yield (
         f"the sweep shows peaks more than {100.0 * (1.0 - ENOUGH):.0f} % too low from Q = "
-        f"{' or '.join(dict.fromkeys(told))} on; --model with a damping says more"
+        f"{' or '.join(dict.fromkeys(sentences))} on; --model with a damping says more"
     )
 
 
@@ -222,14 +222,17 @@ def _about_play(planned: PlannedTest, wish: PlanWish) -> Iterator[str]:
     yield from _about_weight(planned, wish)
 
 
-def _shortfall(found: Reach, far: float, wish: PlanWish) -> str:
-    what = "no contact" if found.contact == "none" else "contact on one side only"
+def _shortfall(extent: Reach, far: float, wish: PlanWish) -> str:
+    what = "no contact" if extent.contact == "none" else "contact on one side only"
     peak = ""
-    if found.contacts_per_second is not None:
-        what, peak = f"{numeral(found.contacts_per_second, 2)} contacts a second", "3 sigma is "
+    if extent.contacts_per_second is not None:
+        what, peak = (
+            f"{numeral(extent.contacts_per_second, 2)} contacts a second",
+            "3 sigma is ",
+        )
     elif isinstance(wish.joint, FreeJoint):
         what = "the table moves less than half the play"
-    return f"{what}: {peak}{numeral(1e3 * found.displacement)} mm of {numeral(1e3 * far)} mm"
+    return f"{what}: {peak}{numeral(1e3 * extent.displacement)} mm of {numeral(1e3 * far)} mm"
 
 
 def _remedy(needed: Needed | None) -> str:
@@ -300,7 +303,7 @@ def plan_test(test: Test, wish: PlanWish) -> PlannedTest:
     possible = walls is not None and (
         shaken.quantity == "base acceleration" or not isinstance(wish.joint, FreeJoint)
     )
-    found = reach(wish.joint, shaken, walls) if possible and walls is not None else None
+    extent = reach(wish.joint, shaken, walls) if possible and walls is not None else None
     rate = sample_rate_of_test(test, wish.sample_rate)
     averages = None
     if isinstance(shaken, RandomInput) and duration is not None and rate is not None:
@@ -316,29 +319,29 @@ def plan_test(test: Test, wish: PlanWish) -> PlannedTest:
         shaken,
         displacement_of_test(test, wish.which, wish.warming),
         walls,
-        found,
-        _needed(test, shaken, found, walls, wish) if found and walls else None,
+        extent,
+        _needed(test, shaken, extent, walls, wish) if extent and walls else None,
         duration,
         min(peaks, default=None),
         averages,
     )
-    told = tuple(remarks_on(planned, wish, rate, modes))
-    return replace(planned, warnings=told)
+    remarks = tuple(remarks_on(planned, wish, rate, modes))
+    return replace(planned, warnings=remarks)
 
 
 def _walls(joint: AbstractJoint, play: Play | None) -> Walls | None:
-    own = joint.walls()
-    if own is not None:
-        return own
+    joint_walls = joint.walls()
+    if joint_walls is not None:
+        return joint_walls
     if play is None or play.total <= 0.0:
         return None
     return Walls(play.half, play.half)
 
 
 def _needed(
-    test: Test, shaken: AbstractInput, found: Reach, walls: Walls, wish: PlanWish
+    test: Test, shaken: AbstractInput, extent: Reach, walls: Walls, wish: PlanWish
 ) -> Needed | None:
-    factor = found.factor_both_sides
+    factor = extent.factor_both_sides
     if factor == inf or test.level is None or test.level_unit is None:
         return None
     power = 2.0 if LEVELS[test.level_unit][0] == "density" else 1.0

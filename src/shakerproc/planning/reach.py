@@ -96,8 +96,10 @@ class _RandomMotion:
         grid = frequencies_of(self.joint, self.shaken.low, self.shaken.high, fine=8)
         density = self.shaken.density * np.abs(self.joint.gain(grid)) ** 2
         swift = density * (2.0 * np.pi * grid) ** 2
-        found = [float(np.sqrt(np.sum(_pieces(grid, values)))) for values in (density, swift)]
-        return found[0], found[1]
+        rms_values = [
+            float(np.sqrt(np.sum(_pieces(grid, values)))) for values in (density, swift)
+        ]
+        return rms_values[0], rms_values[1]
 
     def curve(self, frequency: FloatArray) -> FloatArray:
         grid = frequencies_of(self.joint, self.shaken.low, self.shaken.high, fine=8)
@@ -109,6 +111,7 @@ class _RandomMotion:
 
     def reach(self, walls: Walls) -> Reach:
         sigma, swift = self.rms()
+        # Rice: crossings of a level per second by a Gaussian motion
         rates = [
             swift / (2.0 * np.pi * sigma) * _gaussian(wall / sigma)
             for wall in (walls.positive, walls.negative)
@@ -195,8 +198,8 @@ def frequencies_of(joint: AbstractJoint, low: float, high: float, fine: int = 1)
     for mode in joint.modes():
         half = max(mode.damping_ratio, 1e-6) * mode.frequency * widths
         parts += [mode.frequency - half, mode.frequency + half]
-    found = np.unique(np.concatenate(parts))
-    return found[(found >= low) & (found <= high)]
+    grid = np.unique(np.concatenate(parts))
+    return grid[(grid >= low) & (grid <= high)]
 
 
 def bands_above(function: Function, grid: FloatArray, threshold: float) -> tuple[Band, ...]:
@@ -233,13 +236,13 @@ def _largest(function: Function, grid: FloatArray) -> tuple[float, float]:
     i = int(np.argmax(values))
     if not 0 < i < grid.size - 1:
         return float(grid[i]), float(values[i])
-    found = scipy.optimize.minimize_scalar(
+    optimum = scipy.optimize.minimize_scalar(
         lambda f: -float(function(np.array([f]))[0]),
         bounds=(grid[i - 1], grid[i + 1]),
         method="bounded",
         options={"xatol": 1e-10 * float(grid[i])},
     )
-    return float(found.x), float(-found.fun)
+    return float(optimum.x), float(-optimum.fun)
 
 
 def _contact(largest: float, walls: Walls) -> Contact:
@@ -257,6 +260,7 @@ def _pieces(frequency: FloatArray, values: FloatArray) -> FloatArray:
     f, y = frequency, np.maximum(values, 1e-300)
     ratio = np.log(f[1:] / f[:-1])
     power = np.log(y[1:] / y[:-1]) / ratio + 1.0
+    # y ~ f^(power - 1); where power is 0 the integral is a logarithm, not a power
     safe = np.where(np.abs(power * ratio) < 1e-8, 1.0, power)
     pieces = f[:-1] * y[:-1] * np.expm1(safe * ratio) / safe
     level = f[:-1] * y[:-1] * ratio

@@ -334,8 +334,8 @@ def rehearse(model: Model, test: Test, staging: Staging) -> Rehearsed:
     before, after = (round(rest * rate) * finer for rest in (staging.lead_in, tail))
     surplus = -(before + steps.size + after) % finer
     driven = _Driven(np.pad(steps, (before, after + surplus)), rate, finer)
-    recording, found = _recorded(model, test, driven, staging, noisy)
-    return Rehearsed(test, recording, found)
+    recording, response = _recorded(model, test, driven, staging, noisy)
+    return Rehearsed(test, recording, response)
 
 
 def with_usual_roles(recording: Recording) -> Recording:
@@ -386,8 +386,8 @@ def respond(model: Model, recording: Recording, staging: Staging) -> Rehearsed:
     (steps,) = finer_samples(samples, finer, 0, beyond=finer - 1)
     error = interpolation_error(samples)
     driven = _Driven(steps, recording.sample_rate, finer, error)
-    made, found = _recorded(model, test, driven, staging, noisy)
-    return Rehearsed(test, replace(made, run=f"{recording.run} simulated"), found)
+    made, response = _recorded(model, test, driven, staging, noisy)
+    return Rehearsed(test, replace(made, run=f"{recording.run} simulated"), response)
 
 
 @final
@@ -407,12 +407,14 @@ def _recorded(
     channels = written_channels(test, model)
     given = _input(driven)
     try:
-        found = simulate(model, given, tolerance=_TOLERANCE, growth=staging.growth)
+        response = simulate(model, given, tolerance=_TOLERANCE, growth=staging.growth)
     except SimulationError as error:
         raise SimulationError(f"test {test.id}: {error}") from error
-    found = _filtered(model, given, found)
+    response = _filtered(model, given, response)
     rows = [
-        _with_noise(one, low_passed(_sensed(one, found, driven), driven.finer), staging, noisy)
+        _with_noise(
+            one, low_passed(_sensed(one, response, driven), driven.finer), staging, noisy
+        )
         for one in channels
     ]
     name = "Acceleration" if test.recording is None else test.recording.stem
@@ -422,19 +424,21 @@ def _recorded(
         np.array(rows),
         driven.sample_rate,
     )
-    return replace(recording, start_time=START), found
+    return replace(recording, start_time=START), response
 
 
-def _filtered(model: Model, given: Input, found: SimulatedResponse) -> SimulatedResponse:
+def _filtered(model: Model, given: Input, response: SimulatedResponse) -> SimulatedResponse:
     """Return a response whose accelerations are means over the steps, with their box undone.
 
     Where they jump, as those of dry friction do, values at the steps fold back.
     """
     if is_smooth(model):
-        return found
+        return response
     rows, failed = run(model, given, Own())
     return (
-        found if failed else replace(found, outputs=dict(zip(model.sensors, rows, strict=True)))
+        response
+        if failed
+        else replace(response, outputs=dict(zip(model.sensors, rows, strict=True)))
     )
 
 
@@ -506,19 +510,19 @@ def _with_noise(
     return seen if one.volts_per_unit is None else one.volts_per_unit * seen
 
 
-def _sensed(one: WrittenChannel, found: SimulatedResponse, driven: _Driven) -> FloatArray:
+def _sensed(one: WrittenChannel, response: SimulatedResponse, driven: _Driven) -> FloatArray:
     """Return the measured quantity of a channel at every step, (n,) array."""
     if one.holds in {"condition", "nothing"}:
         return np.full_like(driven.samples, float(one.source or 0.0))
     if one.holds in {"base", "force"}:
         return driven.samples
     if one.holds == "sensor":
-        return found.outputs[one.source]
+        return response.outputs[one.source]
     if one.quantity == "m":
-        return found.relative_displacement(BASE, one.source)
+        return response.relative_displacement(BASE, one.source)
     if one.quantity == "m/s":
-        return found.relative_velocity(BASE, one.source)
-    row: FloatArray = found.acceleration[found.masses.index(one.source)]
+        return response.relative_velocity(BASE, one.source)
+    row: FloatArray = response.acceleration[response.masses.index(one.source)]
     return row
 
 

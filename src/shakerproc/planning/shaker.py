@@ -264,33 +264,33 @@ class ShakerLimits:
         if shaken.quantity == "force":
             return tuple(self._too_much_force(shaken.peak, peak, ""))
         motion = shaken.largest_motion()
-        found = []
+        texts = []
         if motion.acceleration > self.acceleration * (1.0 + 1e-9):
-            found.append(
+            texts.append(
                 f"acceleration {numeral(motion.acceleration / STANDARD_GRAVITY)} g ({peak}) is "
                 f"above the shaker's {numeral(self.acceleration / STANDARD_GRAVITY)} g"
             )
         if motion.velocity > self.velocity * (1.0 + 1e-9):
-            found.append(
+            texts.append(
                 f"velocity {numeral(motion.velocity)} m/s ({peak}) is above the shaker's "
                 f"{numeral(self.velocity)} m/s{self._from(shaken, 'velocity')}"
             )
         if motion.displacement > self.displacement * (1.0 + 1e-9):
-            found.append(
+            texts.append(
                 f"displacement {numeral(1e3 * motion.displacement)} mm ({peak}) is above the "
                 f"shaker's {numeral(1e3 * self.displacement)} mm"
                 f"{self._from(shaken, 'displacement')}"
             )
         if self.moving_mass > 0.0:
-            carried = f" to move {numeral(self.moving_mass)} kg"
-            found += self._too_much_force(self.moving_mass * motion.acceleration, peak, carried)
-        return tuple(found)
+            load = f" to move {numeral(self.moving_mass)} kg"
+            texts += self._too_much_force(self.moving_mass * motion.acceleration, peak, load)
+        return tuple(texts)
 
-    def _too_much_force(self, force: float, peak: str, carried: str) -> list[str]:
+    def _too_much_force(self, force: float, peak: str, load: str) -> list[str]:
         if force <= self.force * (1.0 + 1e-9):
             return []
         most = f"the shaker's {numeral(self.force)} N"
-        return [f"force {numeral(force)} N ({peak}){carried} is above {most}"]
+        return [f"force {numeral(force)} N ({peak}){load} is above {most}"]
 
     def _from(self, shaken: AbstractInput, what: str) -> str:
         """Return from which frequency on a sine may be run."""

@@ -83,8 +83,8 @@ class LinesSource(SampleSource):
             together.setdefault(id(line.array if line.upright else line), []).append(number)
         with foreign(self.run, "reading the samples"):
             for numbers in together.values():
-                found = [self.lines[rows[number]] for number in numbers]
-                for number, values in zip(numbers, _block(found, start, stop), strict=True):
+                parts = [self.lines[rows[number]] for number in numbers]
+                for number, values in zip(numbers, _block(parts, start, stop), strict=True):
                     out[number] = values
         return out
 
@@ -325,8 +325,8 @@ def _time_axis(name: str, array: ArrayLike) -> TimeAxis | None:
     times = np.asarray(_slice(line, 0, max(array.shape)), dtype=np.float64)
     if times.size < FEWEST or not like_time(name, "", times):
         return None
-    found = steps_of(times, "", "")
-    if found.problem or found.step * SLOWEST >= 1.0:
+    steps = steps_of(times, "", "")
+    if steps.problem or steps.step * SLOWEST >= 1.0:
         return None
     return TimeAxis(f"the first line of {shown(name)}", times=times, unit="s")
 

@@ -94,9 +94,9 @@ def read_atfx(path: Path, run: str) -> RawFile:
         return kept_open(ExitStack(), lambda opened: _File(path, run, root, opened).described())
 
 
-def _text(found: _Instance, name: str) -> str:
+def _text(instance: _Instance, name: str) -> str:
     """Return the text of an attribute; empty where an instance has none."""
-    item = found.get(name)
+    item = instance.get(name)
     return "" if item is None else (item.text or "").strip()
 
 
@@ -161,8 +161,8 @@ class _File:
         model = _model(root)
         for item in root.iterfind("instance_data/*"):
             base, names = model.get(item.tag, ("", {}))
-            found = {names.get(one.tag, ""): one for one in item}
-            self.instances.setdefault(base, {})[_text(found, "id")] = found
+            items = {names.get(one.tag, ""): one for one in item}
+            self.instances.setdefault(base, {})[_text(items, "id")] = items
 
     def described(self) -> RawFile:
         """Return the channels and times of the file.
@@ -199,10 +199,10 @@ class _File:
         begin = _text(measurement, "measurement_begin")
         start = _date(begin)
         if not measurement:
-            told = (
+            text = (
                 f"Submatrix {shown(name, 40)} belongs to no measurement: its start is unknown."
             )
-            self.notes[told] = None
+            self.notes[text] = None
         if begin and start is None:
             self.notes[f"Its start is {shown(begin, 40)}, no date: it is not used."] = None
         named = _text(about, "local_columns").split()
@@ -229,8 +229,8 @@ class _File:
             at for at, one in every.items() if name in _text(one, inverse).split()
         ]
         if wanted and wanted[0] not in every:
-            told = f"It refers to {base} {shown(wanted[0], 20)}, which is not in it."
-            self.notes[told] = None
+            text = f"It refers to {base} {shown(wanted[0], 20)}, which is not in it."
+            self.notes[text] = None
         return every.get(wanted[0], {}) if wanted else {}
 
     def _called(self, column: _Instance) -> tuple[str, str, str]:
@@ -321,11 +321,11 @@ class _File:
         names = _text(column, "external_component").split()
         if len(names) != 1:
             raise ValueError(f"its values stand in {len(names)} places, not in one")
-        found = self.instances.get("aoexternalcomponent", {}).get(names[0], {})
-        if _text(found, "flags_filename_url"):
+        component = self.instances.get("aoexternalcomponent", {}).get(names[0], {})
+        if _text(component, "flags_filename_url"):
             raise ValueError("its flags stand in a file of their own, which is not read")
-        about = {_ALIKE.get(base, base): _text(found, base) for base in found}
-        return self._stored(_text(found, "filename_url"), about, decoded)
+        about = {_ALIKE.get(base, base): _text(component, base) for base in component}
+        return self._stored(_text(component, "filename_url"), about, decoded)
 
     def _stored(self, name: str, about: Mapping[str, str], decoded: Any) -> Frames:
         """Return numbers of a binary file beside the XML.
@@ -405,9 +405,9 @@ def _join(groups: list[_AtfxGroup], made: _AtfxGroup) -> None:
     """
     names = {channel.name for channel in made.channels}
     for group in groups:
-        alike = group.step and abs(made.step / group.step - 1.0) <= CLOCKS
-        apart = names.isdisjoint(channel.name for channel in group.channels)
-        if alike and apart and group.measurement == made.measurement:
+        same_step = group.step and abs(made.step / group.step - 1.0) <= CLOCKS
+        distinct = names.isdisjoint(channel.name for channel in group.channels)
+        if same_step and distinct and group.measurement == made.measurement:
             group.channels.extend(made.channels)
             return
     if made.channels:
@@ -425,10 +425,10 @@ def _parameters(column: _Instance, count: int) -> list[float]:
         If there are others than so many.
     """
     item = column.get("generation_parameters")
-    found = [float(word) for word in "".join(() if item is None else item.itertext()).split()]
-    if len(found) != count:
-        raise ValueError(f"{len(found)} generation parameters where {count} belong")
-    return found
+    values = [float(word) for word in "".join(() if item is None else item.itertext()).split()]
+    if len(values) != count:
+        raise ValueError(f"{len(values)} generation parameters where {count} belong")
+    return values
 
 
 def _scaling(column: _Instance, count: int) -> Any:

@@ -158,14 +158,14 @@ def choose_measurement(
 
 
 def _several(group: RawGroup, count: int, run: str) -> str:
-    told = "; ".join(
+    text = "; ".join(
         f"{number} ({measurement_text(part)})"
         for number, part in enumerate(group.measurements[:4], 1)
     )
     more = f"; and {count - 4} more" if count > 4 else ""
     as_one = ", or all if they are one" if set(group.differs) == {"time"} else ""
     return (
-        f"{run}: {count} measurements follow each other in the same channels: {told}{more}. "
+        f"{run}: {count} measurements follow each other in the same channels: {text}{more}. "
         f"Say which: processing: {{measurement: 1}} in the log or --measurement 1{as_one}."
     )
 
@@ -294,16 +294,16 @@ def unused_channels(
     """
     used = {id(channel) for channel, _ in chosen}
     keys = {use.key for use in uses or () if use.role == "ignore"}
-    found = []
+    unused = []
     for number, channel in enumerate(group.channels, 1):
         if id(channel) in used:
             continue
         why = channel.problem or ("" if channel.promised else "it holds no samples")
         if {channel.name, channel.alias, number} & keys:
             why = why or ignored
-        found.append(UnusedChannel(channel.name, why or "not named in the log"))
+        unused.append(UnusedChannel(channel.name, why or "not named in the log"))
     others = [g for g in file.groups if g.name != group.name and not g.reduced]
-    return tuple(found) + tuple(
+    return tuple(unused) + tuple(
         UnusedChannel(f"{other.name}/{channel.name}", ANOTHER_GROUP)
         for other in others
         for channel in other.channels
@@ -316,7 +316,7 @@ def _find(group: RawGroup, key: str | int, run: str) -> RawChannel:
     if isinstance(key, int):
         if not 1 <= key <= len(present):
             raise ChannelNotFoundError(key, present, run)
-        found = group.channels[key - 1]
+        raw_channel = group.channels[key - 1]
     else:
         named = [c for c in group.channels if c.name == key]
         named = named or [c for c in group.channels if c.alias == key]
@@ -327,13 +327,13 @@ def _find(group: RawGroup, key: str | int, run: str) -> RawChannel:
                 f"{run}: {len(named)} channels are called {shown(key)}. Use their numbers in "
                 "the log instead of the name."
             )
-        found = named[0]
-    if found.problem:
+        raw_channel = named[0]
+    if raw_channel.problem:
         raise RecordingError(
-            f"{run}: channel {shown(found.name)} cannot be used: {found.problem}. "
+            f"{run}: channel {shown(raw_channel.name)} cannot be used: {raw_channel.problem}. "
             "Take it out of the log, or give it role: ignore."
         )
-    return found
+    return raw_channel
 
 
 def _check_distinct(chosen: Sequence[Chosen], run: str) -> None:

@@ -122,11 +122,11 @@ def headings(headers: Sequence[str], unit_row: Sequence[str] = ()) -> tuple[Head
     [('acc_N', ''), ('acc_E', ''), ('X (40g)', '')]
     """
     of_row = list(unit_row) or [""] * len(headers)
-    beside = _HeaderEndings.of(headers)
+    endings = _HeaderEndings.of(headers)
     return tuple(
         Heading(header.strip(), unit.strip(), header)
         if unit.strip()
-        else _heading(header, beside)
+        else _heading(header, endings)
         for header, unit in zip(headers, of_row, strict=True)
     )
 
@@ -165,17 +165,17 @@ class _HeaderEndings:
         )
 
 
-def _heading(header: str, beside: _HeaderEndings) -> Heading:
+def _heading(header: str, endings: _HeaderEndings) -> Heading:
     """Return the heading of a column, read beside the other headers."""
     name, unit = split_header(header)
     bracket = header.rstrip().endswith((")", "]"))
-    doubt = (_in_brackets if bracket else _at_end)(name, unit, beside) if unit else ""
+    doubt = (_in_brackets if bracket else _at_end)(name, unit, endings) if unit else ""
     if doubt:
         return Heading(header.strip(), "", name, doubt)
     return Heading(name, unit, header)
 
 
-def _in_brackets(name: str, unit: str, beside: _HeaderEndings) -> str:
+def _in_brackets(name: str, unit: str, endings: _HeaderEndings) -> str:
     """Return why the text in brackets is no unit for sure; empty where it is one."""
     known, named = parse_unit(unit), quantity_named(name)
     if unit != "1" and _RANGE.fullmatch(unit):  # that is how a bare number is written
@@ -192,10 +192,10 @@ def _in_brackets(name: str, unit: str, beside: _HeaderEndings) -> str:
     if unit.casefold() not in _ELSE or named == known[0]:
         return ""
     contrary = known[0] not in {"m/s^2", "V"} and named  # any quantity may be there in volts
-    return _either(unit, "in its header") if beside.directions or contrary else ""
+    return _either(unit, "in its header") if endings.directions or contrary else ""
 
 
-def _at_end(name: str, unit: str, beside: _HeaderEndings) -> str:
+def _at_end(name: str, unit: str, endings: _HeaderEndings) -> str:
     """Return why a letter that ends a name is no unit for sure; empty where it is one.
 
     Letters are units where every header ends in one, of at least two.
@@ -204,9 +204,9 @@ def _at_end(name: str, unit: str, beside: _HeaderEndings) -> str:
     if unit.casefold() not in _ELSE or known is None or named == known[0]:
         return ""
     if unit == "g":
-        sure = name not in beside.stems
+        sure = name not in endings.stems
     else:
-        every = not beside.stems and "" not in beside.units and len(beside.units) > 1
+        every = not endings.stems and "" not in endings.units and len(endings.units) > 1
         sure = every and not named
     return "" if sure else _either(unit, "at the end of its name")
 
@@ -415,14 +415,14 @@ def is_frequency(header: str, unit: str, values: FloatArray) -> bool:
 
 def _stated_rates(table: Columns, lengths: Sequence[int]) -> dict[int, float]:
     """Return the columns that hold nothing but the sample rate, each with it [Hz]."""
-    found = {}
+    rates = {}
     for row, header in enumerate(table.headers):
         if RATE_NAME.fullmatch(split_header(header)[0].strip()):
             values = table.values[row, : lengths[row]]
             there = values[~np.isnan(values)]
             if there.size and there[0] > 0.0 and np.all(there == there[0]):
-                found[row] = float(there[0])
-    return found
+                rates[row] = float(there[0])
+    return rates
 
 
 def length_of(values: FloatArray) -> int:

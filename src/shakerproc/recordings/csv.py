@@ -137,19 +137,19 @@ def stamps_of(lines: Sequence[str]) -> Stamps | None:
     Most lines have to.
     """
     raw = [line.encode("utf-8", errors="replace") for line in lines if line.strip()]
-    found = [m for line in raw if (m := _first(line)) is not None]
-    if not found or 2 * len(found) < len(raw):
+    matches = [m for line in raw if (m := _first(line)) is not None]
+    if not matches or 2 * len(matches) < len(raw):
         return None
-    days = [match for match in found if _day(match) is not None]
-    dated = 2 * len(days) > len(found)
-    first = (days if dated else found)[0]
+    days = [match for match in matches if _day(match) is not None]
+    dated = 2 * len(days) > len(matches)
+    first = (days if dated else matches)[0]
     before = first.string[: first.start()]
-    commas = sum(_DECIMAL_COMMA.search(match.string) is not None for match in found)
+    commas = sum(_DECIMAL_COMMA.search(match.string) is not None for match in matches)
     separator = (first["between"] or b"").strip(b"\"' T")
     signs = separator or next((s for s in (b"\t", b";", b",") if s in first.string), b" ")
     return Stamps(
-        decimal=b"," if 2 * commas > len(found) and signs != b"," else b".",
-        start=_midnight(days if dated else found),
+        decimal=b"," if 2 * commas > len(matches) and signs != b"," else b".",
+        start=_midnight(days if dated else matches),
         cells=2 if separator else 1,
         column=(before.count(signs) if signs != b" " else len(before.split()))
         + bool(separator),
@@ -192,12 +192,12 @@ def _day(match: re.Match[bytes]) -> date | None:
     return None
 
 
-def _midnight(found: Sequence[re.Match[bytes]]) -> datetime | None:
+def _midnight(stamps: Sequence[re.Match[bytes]]) -> datetime | None:
     """Return the midnight before the first stamp, taken as UTC where no zone is said.
 
     None where it says no day, or one that may be read in two ways.
     """
-    first = found[0]
+    first = stamps[0]
     day = _day(first)
     two_ways = (
         first["a"] and first["sign"] == b"/" and max(int(first["a"]), int(first["b"])) < 13
@@ -282,24 +282,28 @@ def table_of(file: BinaryIO, encoding: str, lines: list[str], run: str) -> RawFi
     stamps = stamps_of(lines)
     with file:
         if stamps is None:
-            found = find_format(lines, encoding, run)
-            table = read_table(file, found, run)
+            text_format = find_format(lines, encoding, run)
+            table = read_table(file, text_format, run)
         else:
             plain = [stamps.replaced(line.encode()).decode() for line in lines]
-            found = find_format(plain, encoding, run)
-            units = tuple("" if at == stamps.column else u for at, u in enumerate(found.units))
-            found = replace(found, headers=stamps.named(found.headers), units=units)
-            table = read_table(StampedFile(file, stamps), found, run)
-    axes = time_columns(found.headers, found.units)
+            text_format = find_format(plain, encoding, run)
+            units = tuple(
+                "" if at == stamps.column else u for at, u in enumerate(text_format.units)
+            )
+            text_format = replace(
+                text_format, headers=stamps.named(text_format.headers), units=units
+            )
+            table = read_table(StampedFile(file, stamps), text_format, run)
+    axes = time_columns(text_format.headers, text_format.units)
     times = table.values[axes[0]] if axes else None
     values, skipped = without_bad_rows(table.values, table.bad, times)
     raw = file_of_columns(
-        Columns(found.headers, values, found.units),
-        axes=found.axes,
-        start_time=found.start_time if stamps is None else stamps.start,
+        Columns(text_format.headers, values, text_format.units),
+        axes=text_format.axes,
+        start_time=text_format.start_time if stamps is None else stamps.start,
         cut=table.torn,
     )
-    notes = (*([found.note] if found.note else []), *raw.notes)
+    notes = (*([text_format.note] if text_format.note else []), *raw.notes)
     if table.unended:
         notes += ("The file does not end with a line end: its last number may be cut.",)
     if skipped is None:
@@ -308,7 +312,7 @@ def table_of(file: BinaryIO, encoding: str, lines: list[str], run: str) -> RawFi
         raw,
         notes=(skipped.message, *notes),
         skipped=skipped,
-        refusal=refusal(table.bad, len(found.headers)),
+        refusal=refusal(table.bad, len(text_format.headers)),
     )
 
 
@@ -332,24 +336,24 @@ def read_xlsx(path: Path, run: str) -> RawFile:
             f"{run}: is encrypted, or a workbook of before 2007. Save it as .xlsx without "
             "a password."
         )
-    found: dict[str, RawFile] = {}
+    raw_files: dict[str, RawFile] = {}
     problems: dict[str, RecordingError] = {}
     for name, content in _sheets(path, run):
         try:
-            found[name] = table_of(*looked_at(io.BytesIO(content), run), run)
+            raw_files[name] = table_of(*looked_at(io.BytesIO(content), run), run)
         except RecordingError as error:
             problems[name] = error
-    if not found:
-        told = "; ".join(str(one) for one in list(problems.values())[:4])
-        raise RecordingError(told or f"{run}: the workbook is empty.")
+    if not raw_files:
+        text = "; ".join(str(one) for one in list(problems.values())[:4])
+        raise RecordingError(text or f"{run}: the workbook is empty.")
     notes = tuple(f"Sheet {shown(name)} holds no table of numbers." for name in problems)
-    if len(found) == 1:
-        (raw,) = found.values()
+    if len(raw_files) == 1:
+        (raw,) = raw_files.values()
         return replace(raw, notes=(*raw.notes, *notes))
-    return _joined(found, notes, run)
+    return _joined(raw_files, notes, run)
 
 
-def _joined(found: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawFile:
+def _joined(sheets: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawFile:
     """Return several sheets as one file.
 
     Raises
@@ -359,7 +363,7 @@ def _joined(found: dict[str, RawFile], notes: tuple[str, ...], run: str) -> RawF
     """
     groups: list[RawGroup] = []
     values: list[Any] = []
-    for name, raw in found.items():
+    for name, raw in sheets.items():
         if raw.skipped is not None:
             raise RecordingError(f"{run}: sheet {shown(name)}: {raw.refusal} Repair the sheet.")
         channels = raw.groups[0].channels

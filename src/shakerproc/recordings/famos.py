@@ -75,10 +75,10 @@ def _check_blocks(path: Path, run: str) -> None:
         while head.startswith(MAGIC) or at:
             if not head.strip():
                 return
-            found = _KEY.match(head)
-            end = at + (found.end() + int(found[1]) if found is not None else 0)
+            match = _KEY.match(head)
+            end = at + (match.end() + int(match[1]) if match is not None else 0)
             file.seek(end)
-            if found is None or file.read(1) != b";":
+            if match is None or file.read(1) != b";":
                 raise RecordingError(
                     f"{run}: byte {at}: a block of the file does not end where it says; the "
                     f"file has {size} bytes. {AGAIN}"

@@ -114,7 +114,7 @@ def _columns(
     channels: Sequence[RawChannel],
 ) -> tuple[dict[_Key, _Parts], list[str]]:
     """Return the columns of each function, and the columns of none."""
-    found: dict[_Key, _Parts] = {}
+    by_key: dict[_Key, _Parts] = {}
     others = []
     for channel in channels:
         header = channel.alias or channel.name
@@ -126,14 +126,14 @@ def _columns(
             continue
         kind = _ALONE.get(part, "cross spectrum" if match["cross"] else "response function")
         key = match["response"], match["input"] or match["response"], kind
-        parts = found.setdefault(key, _Parts())
+        parts = by_key.setdefault(key, _Parts())
         parts.columns[part] = channel.row
         unit = (match["unit"] or channel.unit).strip()
         if part == "phase":
             parts.angle = unit or "deg"
         elif unit:
             parts.unit = unit
-    return found, others
+    return by_key, others
 
 
 def _of_parts(
@@ -151,15 +151,15 @@ def _of_parts(
     up, down = _UNITS[kind](parts.unit)
     if kind in _ALONE.values():
         (row,) = there.values()
-        found: ComplexArray = values[row].astype(np.complex128)
+        complex_values: ComplexArray = values[row].astype(np.complex128)
     elif {"real", "imag"} <= set(there):
-        found = values[there["real"]] + 1j * values[there["imag"]]
+        complex_values = values[there["real"]] + 1j * values[there["imag"]]
     elif {"magnitude", "phase"} <= set(there):
         turn = np.pi / 180.0 if parts.angle.casefold().startswith("deg") else 1.0
-        found = values[there["magnitude"]] * np.exp(1j * turn * values[there["phase"]])
+        complex_values = values[there["magnitude"]] * np.exp(1j * turn * values[there["phase"]])
     else:
         raise RecordingError(f"{run}: {where} has only {', '.join(there)}. {_LAYOUT}.")
-    return Function(where, kind, response, driven, up, down, lines, found)
+    return Function(where, kind, response, driven, up, down, lines, complex_values)
 
 
 def units_of(ratio: str) -> tuple[str, str]:
@@ -266,10 +266,10 @@ def _with_lines_last(values: NDArray[Any], n: int, run: str) -> ComplexArray:
 def _texts(content: Mapping[str, Any], key: str, count: int) -> list[str]:
     """Return the texts of each channel of a side; empty ones where there are none."""
     value = next((content[name] for name in (key, f"{key}s") if name in content), None)
-    found = [text.strip() for text in value] if isinstance(value, list) else []
-    if len(found) == 1:
-        found *= count
-    return found if len(found) == count else [""] * count
+    texts = [text.strip() for text in value] if isinstance(value, list) else []
+    if len(texts) == 1:
+        texts *= count
+    return texts if len(texts) == count else [""] * count
 
 
 def _cells(  # noqa: PLR0917

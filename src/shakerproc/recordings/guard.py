@@ -1,7 +1,7 @@
 """Turn errors of other libraries on damaged files into one line of ours.
 
 What a library raises is turned into one line; one that may end its process, or damage its
-memory, is kept apart (`apart`).
+memory, is kept apart (`own_process`).
 """
 
 from collections.abc import Callable, Iterator

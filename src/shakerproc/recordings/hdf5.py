@@ -69,7 +69,7 @@ class _Hdf5Group:
 
     run: str
     name: str
-    found: Variables = field(default_factory=Variables)
+    variables: Variables = field(default_factory=Variables)
     starts: dict[str, datetime] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -140,11 +140,12 @@ def _joined(groups: list[_Hdf5Group], run: str, file: Any) -> RawFile:
     notes: list[str] = []
     problem: RecordingError | None = None
     for group in groups:
-        keep_distinct(group.found.called)
+        keep_distinct(group.variables.called)
         try:
             raw = file_of_arrays(
-                group.found.arrays, group.found.texts, run, called=group.found.called,
-                starts=group.starts, left_out=group.found.left_out,
+                group.variables.arrays, group.variables.texts, run,
+                called=group.variables.called, starts=group.starts,
+                left_out=group.variables.left_out,
             )  # fmt: skip
         except RecordingError as error:
             problem = problem or error
@@ -172,10 +173,10 @@ def _groups(file: Any, run: str) -> Iterator[_Hdf5Group]:
     while waiting:
         name, item, above, starts, depth = waiting.pop(0)
         group = _Hdf5Group(run, name, starts=dict(starts))
-        group.found.arrays |= above.arrays
-        group.found.texts |= above.texts
+        group.variables.arrays |= above.arrays
+        group.variables.texts |= above.texts
         _take_attributes(item, "", group)
-        said = Variables(dict(group.found.arrays), dict(group.found.texts))
+        said = Variables(dict(group.variables.arrays), dict(group.variables.texts))
         own = dict(group.starts)
         for key, inner in _members(item):
             if not _is_group(inner):
@@ -186,10 +187,12 @@ def _groups(file: Any, run: str) -> Iterator[_Hdf5Group]:
                     waiting.append((within, inner, said, own, depth + 1))
             else:
                 _take_channel(inner, key, values, group)
-        if any(max(array.shape, default=0) > 1 for array in group.found.arrays.values()):
+        if any(max(array.shape, default=0) > 1 for array in group.variables.arrays.values()):
             yield group
-        elif group.found.left_out:
-            group.notes.append(f"Left out: {', '.join(map(shown, group.found.left_out[:20]))}.")
+        elif group.variables.left_out:
+            group.notes.append(
+                f"Left out: {', '.join(map(shown, group.variables.left_out[:20]))}."
+            )
 
 
 def _members(group: Any) -> Iterator[tuple[str, Any]]:
@@ -225,9 +228,9 @@ def _take_channel(item: Any, key: str, values: str, group: _Hdf5Group) -> None:
     for name, inner in _members(item):
         _take(inner, f"{key}.{name}", group)
     place = f"{key}.{values}"
-    label, unit = group.found.called.get(place, ("", ""))
-    above = group.found.called.pop(key, ("", ""))
-    group.found.called[place] = (label or above[0] or key, unit or above[1])
+    label, unit = group.variables.called.get(place, ("", ""))
+    above = group.variables.called.pop(key, ("", ""))
+    group.variables.called[place] = (label or above[0] or key, unit or above[1])
 
 
 def _take(item: Any, name: str, group: _Hdf5Group) -> None:
@@ -238,17 +241,17 @@ def _take(item: Any, name: str, group: _Hdf5Group) -> None:
         return
     if h5py.check_string_dtype(item.dtype) is not None and item.size is not None:
         if item.size <= _MOST_TEXTS and is_readable(item):
-            group.found.texts[name] = [_text(one) for one in np.ravel(item[...])]
+            group.variables.texts[name] = [_text(one) for one in np.ravel(item[...])]
         return
     about = _plain_name(item)
     if about.startswith(_NO_VARIABLE):
         return
     if item.dtype.kind not in "iuf" or not is_readable(item) or len(item.shape) > 2:
         if max(_shape(item)) > 1:
-            group.found.left_out.append(name)
+            group.variables.left_out.append(name)
         return
     check_variable(item, group.run, name)
-    group.found.arrays[name] = _stored(item, name, group.run)
+    group.variables.arrays[name] = _stored(item, name, group.run)
     _take_attributes(item, name, group)
 
 
@@ -297,17 +300,17 @@ def _take_attributes(item: Any, name: str, group: _Hdf5Group) -> None:
             continue
         place, number = (f"{name}.{key}" if name else key), _number(value)
         if isinstance(value, np.ndarray) and value.size > 1 and value.dtype.kind in "OSU":
-            group.found.texts[place] = [_text(one) for one in value.reshape(-1)]
+            group.variables.texts[place] = [_text(one) for one in value.reshape(-1)]
         elif _START.fullmatch(re.sub(r"[\s_]+", "_", key.strip())):
             _take_start(name, place, value, number, group)
         elif number is not None:
-            group.found.arrays[_known(name, key)] = np.array(number)
+            group.variables.arrays[_known(name, key)] = np.array(number)
         elif UNIT.fullmatch(key):
             unit = _unit(name, _text(value), group)
         elif LABEL.fullmatch(key):
             label = _text(value)
     if name and (label or unit):
-        group.found.called[name] = (label, unit)
+        group.variables.called[name] = (label, unit)
 
 
 def _known(name: str, key: str) -> str:
@@ -369,8 +372,10 @@ def _of_rattlesnake(file: Any, run: str) -> list[_Hdf5Group]:
     for key in streams:
         group = _Hdf5Group(run, key if len(streams) > 1 else "")
         _take(file[key], key, group)
-        group.found.arrays["sample_rate"] = np.array(_number(file.attrs["sample_rate"]) or 0.0)
-        group.found.texts |= {"names": names, "units": texts["unit"]}
+        group.variables.arrays["sample_rate"] = np.array(
+            _number(file.attrs["sample_rate"]) or 0.0
+        )
+        group.variables.texts |= {"names": names, "units": texts["unit"]}
         if math.prod(file[key].shape):
             groups.append(group)
     return groups

@@ -88,8 +88,8 @@ class SensorBlocks:
         index = np.arange(first, last)
         place = np.searchsorted(self.firsts, index, side="right") - 1
         steps = (self.ends - self.starts) / np.maximum(np.diff(self.firsts) - 1, 1)
-        found: FloatArray = steps[place] * (index - self.firsts[place]) + self.starts[place]
-        return found
+        values: FloatArray = steps[place] * (index - self.firsts[place]) + self.starts[place]
+        return values
 
     def values(self, first: int, last: int) -> FloatArray:
         """Return calibrated samples of each channel of the sensor [as the file says]."""
@@ -106,8 +106,8 @@ class SensorBlocks:
             events.append(block)
         events.fillCache()
         skipped = first - int(self.firsts[begin - 1])
-        found: FloatArray = events.arraySlice(skipped, skipped + last - first)[1:]
-        return found
+        values: FloatArray = events.arraySlice(skipped, skipped + last - first)[1:]
+        return values
 
 
 def _imported(stream: BinaryIO) -> tuple[Any, list[SensorBlocks]]:
@@ -181,7 +181,7 @@ def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
     hold samples of no sensor or none at all: idelib leaves out without a word what it cannot
     place.
     """
-    found: dict[Any, int] = dict.fromkeys(dataset.channels, 0)
+    numbers: dict[Any, int] = dict.fromkeys(dataset.channels, 0)
     allowed = dataset.ebmldoc.schema.document.children
     end, kinds, stray = 0, set(), False
     for element in dataset.ebmldoc:
@@ -193,12 +193,12 @@ def _promised(dataset: Any) -> tuple[dict[Any, int], bool]:
             parts = {part.name: part for part in element}
             sensor = getattr(parts.get("ChannelIDRef"), "value", None)
             payload = getattr(parts.get("ChannelDataPayload"), "size", 0)
-            stray = stray or sensor not in found or not payload
-            if sensor in found:
-                found[sensor] += payload // dataset.channels[sensor].parser.size
+            stray = stray or sensor not in numbers or not payload
+            if sensor in numbers:
+                numbers[sensor] += payload // dataset.channels[sensor].parser.size
     size = dataset.ebmldoc.stream.seek(0, os.SEEK_END)
     damaged = bool(getattr(dataset, "fileDamaged", False)) or stray or end != size
-    return found, damaged or len(kinds) > 1
+    return numbers, damaged or len(kinds) > 1
 
 
 def _described(stream: BinaryIO, run: str) -> RawFile:

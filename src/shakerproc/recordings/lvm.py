@@ -149,10 +149,10 @@ def _read(
     RecordingError
         If a channel is longer than its header says.
     """
-    found = TextFormat(
+    text_format = TextFormat(
         encoding, head.separator, head.decimal, head.first, head.titles, (), remark=True
     )
-    table = read_table(file, found, run, span=(head.start, head.stop))
+    table = read_table(file, text_format, run, span=(head.start, head.stop))
     axis = next(iter(head.times), None)
     timed = axis is not None and length_of(table.values[axis]) == table.values.shape[1] > 0
     times = table.values[axis] if timed and axis is not None else None
@@ -176,14 +176,12 @@ def _divided(
 ) -> Iterator[_Segment]:
     """Yield the writes of a table where the times of one do not follow those before."""
     edges = [0, *(_restarts(head, values) if skipped is None else ()), values.shape[1]]
-    told = refusal(table.bad, len(head.titles)) if skipped else ""
+    why = refusal(table.bad, len(head.titles)) if skipped else ""
     for first, last in pairwise(edges):
         there = [min(max(n - first, 0), last - first) for n in lengths]
         more = int((bool(table.torn) or head.cut) and last == edges[-1])
         promised = [max(_promised(head, row, n), n + more) for row, n in enumerate(there)]
-        yield _Segment(
-            head, values[:, first:last], tuple(there), tuple(promised), skipped, told
-        )
+        yield _Segment(head, values[:, first:last], tuple(there), tuple(promised), skipped, why)
 
 
 def _restarts(head: Head, values: FloatArray) -> list[int]:
@@ -238,10 +236,10 @@ def _group(segments: Sequence[_Segment], lines: list[tuple[FloatArray, ...]]) ->
     if len(parts) == 1:
         return RawGroup("", _channels(segments, lines, timed=True))
     measurements = [RawGroup("", _channels(part, lines, timed=True)) for part in parts[:MOST]]
-    alike = [s for s in segments if s.head.titles == segments[0].head.titles]
+    same_titles = [s for s in segments if s.head.titles == segments[0].head.titles]
     return RawGroup(
         "",
-        _channels(alike, lines, timed=False),
+        _channels(same_titles, lines, timed=False),
         measurements=tuple(measurements),
         differs=tuple(differs),
         more=len(parts) - len(measurements),
@@ -287,18 +285,18 @@ def _channels(
     known: dict[object, tuple[TimeAxis, ...]] = {}
 
     def axes(row: int) -> tuple[TimeAxis, ...]:
-        own = [row] if head.time_per_channel else head.rows
-        beside = [time for time in columns if time == row - 1 or not head.time_per_channel]
+        rows = [row] if head.time_per_channel else head.rows
+        times = [time for time in columns if time == row - 1 or not head.time_per_channel]
         start, digit = head.starts(row)
-        key = (start, digit, *own, *beside)
+        key = (start, digit, *rows, *times)
         if key not in known:
             known[key] = (
                 *(
                     replace(stepped[r], start=start, start_digit=digit)
-                    for r in own
+                    for r in rows
                     if r in stepped
                 ),
-                *(columns[time] for time in beside),
+                *(columns[time] for time in times),
             )
         return known[key]
 
@@ -358,17 +356,17 @@ def _notes(segments: Sequence[_Segment], parts: int) -> Iterator[str]:
 
 def _all_skipped(segments: Sequence[_Segment]) -> SkippedRows | None:
     """Return the lines that are left out of any segment, places counted over all of them."""
-    at, found = 0, list[tuple[int, SkippedRows]]()
+    at, skipped = 0, list[tuple[int, SkippedRows]]()
     for segment in segments:
         if segment.skipped is not None:
-            found.append((at, segment.skipped))
+            skipped.append((at, segment.skipped))
         at += segment.values.shape[1]
-    if not found:
+    if not skipped:
         return None
     return SkippedRows(
-        count=sum(one.count for _, one in found),
-        bridged=sum(one.bridged for _, one in found),
-        first=min(start + one.first for start, one in found),
-        last=max(start + one.last for start, one in found),
-        message=" ".join(one.message for _, one in found),
+        count=sum(one.count for _, one in skipped),
+        bridged=sum(one.bridged for _, one in skipped),
+        first=min(start + one.first for start, one in skipped),
+        last=max(start + one.last for start, one in skipped),
+        message=" ".join(one.message for _, one in skipped),
     )

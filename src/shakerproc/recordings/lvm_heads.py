@@ -171,7 +171,7 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
         raise RecordingError(f"{run}: line 1 does not say LabVIEW Measurement. {AGAIN}")
     marks = [(mark.start(), mark.end()) for mark in _MARK.finditer(content)]
     header: Mapping[str, str] = MappingProxyType({})
-    found: list[Head] = []
+    heads: list[Head] = []
     counted, line, above = 0, 0, 0
     for number, (mark, below) in enumerate(marks):
         before = marks[number - 1][1] if number else 0
@@ -195,12 +195,12 @@ def heads_of(content: mmap | bytes, encoding: str, run: str) -> list[Head]:
         )
         place = (line + 1, rows, after - sum(map(len, tail)), unfinished)
         cells = _by_name((_cells(tag, separator_of(header)) for tag in tags), run)
-        found.append(_head(content[below:rows], encoding, header, cells, place))
-        if not found[-1].rows:
+        heads.append(_head(content[below:rows], encoding, header, cells, place))
+        if not heads[-1].rows:
             raise RecordingError(f"{run}: line {line + 1} names no channels. {AGAIN}")
-    if not found or not found[0].titles:
+    if not heads or not heads[0].titles:
         raise RecordingError(f"{run}: the second {_END} of an LVM file is missing. {AGAIN}")
-    return found
+    return heads
 
 
 def _check_only_tags(between: bytes, place: int, run: str) -> None:
@@ -261,19 +261,19 @@ def _by_name(
     RecordingError
         If two lines that are read have one name and say different things.
     """
-    found: dict[str, tuple[str, ...]] = {}
+    texts: dict[str, tuple[str, ...]] = {}
     for name, cells in lines:
-        if name in _READ and found.get(name, cells) != cells:
+        if name in _READ and texts.get(name, cells) != cells:
             before, after = (
                 shown(" ".join(filter(None, dict.fromkeys(one))))
-                for one in (found[name], cells)
+                for one in (texts[name], cells)
             )
             raise RecordingError(
                 f"{run}: a header of this LVM file has two lines {name}: {before} and {after}. "
                 "Delete the wrong one."
             )
-        found[name] = cells
-    return found
+        texts[name] = cells
+    return texts
 
 
 def _cells(line: str, separator: str) -> tuple[str, tuple[str, ...]]:

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakerproc.errors import RecordingError
-from shakerproc.recordings.apart import opened_apart, result_apart
 from shakerproc.recordings.arrays import LARGEST, file_of_arrays
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open
 from shakerproc.recordings.hdf5 import opened_hdf5, short_walk
+from shakerproc.recordings.own_process import opened_apart, result_apart
 from shakerproc.recordings.raw import RawFile
 from shakerproc.recordings.variables import (
     DEEPEST,
@@ -115,12 +115,12 @@ def read_variables(content: memoryview, largest: int) -> Iterator[tuple[str, Val
     order = {b"IM": "<", b"MI": ">"}.get(bytes(content[126:128]))
     if order is None:
         raise Mat5Error(126, "the sign of the byte order is missing")
-    left = largest
+    remaining = largest
     for element in _elements(content, HEAD, order, aligned=False):
         inner = element
         if element.kind == COMPRESSED:
-            unpacked = _unpack(element, order, left)
-            left -= len(unpacked)
+            unpacked = _unpack(element, order, remaining)
+            remaining -= len(unpacked)
             inner = next(_elements(unpacked, 0, order, aligned=False), element)
         if inner.kind == MATRIX:
             name, value = _matrix(inner, order, 0)
@@ -309,11 +309,11 @@ def _fields(
     ]
     elements: list[dict[str, Any]] = []
     for _ in range(count):
-        found: dict[str, Any] = {}
+        entries: dict[str, Any] = {}
         for key in keys:
             part = _next(parts, place, f"field {key!r}")
-            found[key] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
-        elements.append(found)
+            entries[key] = _matrix(part, order, depth + 1)[1] if part.kind == MATRIX else None
+        elements.append(entries)
     if count == 1:
         return elements[0]
     return {f"({number})": element for number, element in enumerate(elements, 1)}
@@ -352,8 +352,8 @@ def mat_variables(path: Path, run: str) -> dict[str, Any]:
         If it cannot be read.
     """
     if _is_hdf5(path, run):
-        found: dict[str, Any] = result_apart(path, run, f"{_HERE}:hdf5_variables", "h5py")
-        return found
+        entries: dict[str, Any] = result_apart(path, run, f"{_HERE}:hdf5_variables", "h5py")
+        return entries
     return dict(_read_old(path, run))
 
 
@@ -377,13 +377,13 @@ def _read_old(path: Path, run: str) -> list[tuple[str, Any]]:
 
 
 def _file_of(trees: Iterable[tuple[str, Tree]], run: str, handle: Any = None) -> RawFile:
-    found = flattened(trees)
+    variables = flattened(trees)
     return file_of_arrays(
-        found.arrays,
-        found.texts,
+        variables.arrays,
+        variables.texts,
         run,
-        called=found.called,
-        left_out=found.left_out,
+        called=variables.called,
+        left_out=variables.left_out,
         handle=handle,
     )
 
@@ -444,13 +444,13 @@ def hdf5_variables(path: Path, run: str) -> dict[str, Any]:
     RecordingError
         If it cannot be read, or holds more than fits into memory.
     """
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     with opened_hdf5(path, run) as file:
         for name, tree in _trees(file, run):
             numbers = tree if isinstance(tree, list) else _in_memory(file, name, tree, run)
             if numbers is not None:
-                found[name] = numbers
-    return found
+                entries[name] = numbers
+    return entries
 
 
 def _in_memory(file: Any, name: str, tree: Tree, run: str) -> NDArray[Any] | None:
@@ -463,8 +463,8 @@ def _in_memory(file: Any, name: str, tree: Tree, run: str) -> NDArray[Any] | Non
     """
     import h5py
 
-    own = isinstance(file.get(name, getlink=True), h5py.HardLink)
-    item = file[name] if own else None
+    is_hard_link = isinstance(file.get(name, getlink=True), h5py.HardLink)
+    item = file[name] if is_hard_link else None
     if not isinstance(item, h5py.Dataset) or not is_readable(item):
         return None
     if not isinstance(tree, Stored) and item.dtype.names != ("real", "imag"):

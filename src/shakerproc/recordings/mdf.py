@@ -126,7 +126,7 @@ def _described(file: Any, run: str) -> RawFile:
     """Return the channels and times of an open file."""
     start = file.start_time
     start = start if start is not None and start.year >= _FIRST_YEAR else None
-    found: list[tuple[float, str, list[RawChannel]]] = []
+    rows: list[tuple[float, str, list[RawChannel]]] = []
     places: list[tuple[int, int]] = []
     notes: list[str] = []
     for number, group in enumerate(file.groups):
@@ -140,8 +140,8 @@ def _described(file: Any, run: str) -> RawFile:
             if not made.problem:
                 places.append((number, index))
                 notes += _counts(channel, made.name)
-        _join(found, step, _name(group, number), channels)
-    groups = [RawGroup(name, tuple(channels)) for _, name, channels in found if channels]
+        _join(rows, step, _name(group, number), channels)
+    groups = [RawGroup(name, tuple(channels)) for _, name, channels in rows if channels]
     if len(groups) == 1:
         groups = [replace(groups[0], name="")]
     return RawFile(
@@ -150,20 +150,20 @@ def _described(file: Any, run: str) -> RawFile:
 
 
 def _join(
-    found: list[tuple[float, str, list[RawChannel]]],
+    groups: list[tuple[float, str, list[RawChannel]]],
     step: float,
     name: str,
     channels: list[RawChannel],
 ) -> None:
     """Add channels to the group that has their step [s], or as a group of its own."""
-    alike = (there for there in found if step and abs(there[0] / step - 1.0) <= CLOCKS)
-    there = next(alike, None)
+    same_step = (there for there in groups if step and abs(there[0] / step - 1.0) <= CLOCKS)
+    there = next(same_step, None)
     if there is not None:
         there[2].extend(channels)
         return
-    names = {other for _, other, _ in found}
-    unique = name if name not in names else f"{name} ({len(found) + 1})"
-    found.append((step, unique, channels))
+    names = {other for _, other, _ in groups}
+    unique = name if name not in names else f"{name} ({len(groups) + 1})"
+    groups.append((step, unique, channels))
 
 
 def _axis(file: Any, number: int, run: str) -> tuple[TimeAxis | None, float]:

@@ -22,7 +22,6 @@ from shakerproc.data import (
 )
 from shakerproc.errors import RecordingError
 from shakerproc.late import loaded, without
-from shakerproc.recordings.apart import opened_apart
 from shakerproc.recordings.choosing import (
     WHOLE,
     Chosen,
@@ -34,9 +33,10 @@ from shakerproc.recordings.choosing import (
     with_numbers,
 )
 from shakerproc.recordings.guard import AGAIN, first_bytes, foreign, kept_open, shown
+from shakerproc.recordings.own_process import opened_apart
 from shakerproc.recordings.raw import AS_STATED, RawChannel, RawFile, RawGroup, Reader, Sampling
 from shakerproc.recordings.resampling import ResampledSource, common_length, resampled_length
-from shakerproc.recordings.si import Scale, doubtful_units, scale_of
+from shakerproc.recordings.si import UnitScale, doubtful_units, scale_of
 from shakerproc.recordings.source_files import FileHash, WatchedFile, open_regular
 from shakerproc.recordings.time_base import CLOCKS
 from shakerproc.recordings.timing import Timing, common_timing, with_time_bases
@@ -65,7 +65,7 @@ class FormatReader:
         The module of others that reads the files, and what it loads besides.
     name, extra : str
         The format, and the extra that brings the module; empty where shakerproc needs it.
-    apart : bool
+    own_process : bool
         Whether a process of its own reads each file: what is not Python may end it.
     """
 
@@ -74,7 +74,7 @@ class FormatReader:
     packages: str = ""
     name: str = ""
     extra: str = ""
-    apart: bool = False
+    own_process: bool = False
 
     def __call__(self, path: Path, run: str) -> RawFile:
         """Return the channels of a file.
@@ -88,10 +88,10 @@ class FormatReader:
         if module and (lacks := without(module, self.name, self.extra, _INSTEAD)):
             raise RecordingError(f"{run}: {lacks}")
         place = f"{_ROOM}.{self.place}"
-        if self.apart:
+        if self.own_process:
             return opened_apart(path, run, place, *self.packages.split())
-        found: RawFile = loaded(place)(path, run)
-        return found
+        raw_file: RawFile = loaded(place)(path, run)
+        return raw_file
 
 
 @final
@@ -125,12 +125,12 @@ class Readers(Mapping[str, Reader]):
     def _entries(self) -> dict[str, EntryPoint]:
         """Return the first entry point for each ending that shakerproc does not read."""
         if self._installed is None:
-            found: dict[str, EntryPoint] = {}
+            entries: dict[str, EntryPoint] = {}
             for entry in entry_points(group=GROUP):
                 ending = f".{entry.name.lower()}"
                 if ending not in self._known:
-                    found.setdefault(ending, entry)
-            self._installed = found
+                    entries.setdefault(ending, entry)
+            self._installed = entries
         return self._installed
 
 
@@ -146,9 +146,9 @@ def of_entry(entry: EntryPoint) -> Reader:
     try:
         reader = entry.load()
     except Exception as error:
-        told = " ".join(str(error).split()) or "no reason given"
+        text = " ".join(str(error).split()) or "no reason given"
         raise RecordingError(
-            f"{where}: {type(error).__name__}: {told}. Correct the package, or remove it."
+            f"{where}: {type(error).__name__}: {text}. Correct the package, or remove it."
         ) from error
     if not callable(reader):
         raise RecordingError(f"{where}: is no function. Name one that reads a file.")
@@ -197,16 +197,23 @@ READERS: Final = Readers((
     FormatReader(".npz", "numpy_file:read_npz"),
     FormatReader(".npy", "numpy_file:read_npy"),
     FormatReader(".uff .unv .uf58", "uff:read_uff"),
-    FormatReader(".parquet", "parquet:read_parquet", _ARROW, "Parquet", "parquet", apart=True),
     FormatReader(
-        ".feather .arrow", "feather:read_feather", _ARROW, "Feather", "parquet", apart=True
+        ".parquet", "parquet:read_parquet", _ARROW, "Parquet", "parquet", own_process=True
     ),
-    FormatReader(".h5 .hdf5 .nc .nc4", "hdf5:read_hdf5", "h5py", apart=True),
+    FormatReader(
+        ".feather .arrow",
+        "feather:read_feather",
+        _ARROW,
+        "Feather",
+        "parquet",
+        own_process=True,
+    ),
+    FormatReader(".h5 .hdf5 .nc .nc4", "hdf5:read_hdf5", "h5py", own_process=True),
     FormatReader(".xlsx", "csv:read_xlsx", "openpyxl", "XLSX", "xlsx"),
-    FormatReader(".mf4 .mdf", "mdf:read_mdf", "asammdf", "MDF", "recorders", apart=True),
+    FormatReader(".mf4 .mdf", "mdf:read_mdf", "asammdf", "MDF", "recorders", own_process=True),
     FormatReader(".ide", "ide:read_ide", "idelib", "IDE", "recorders"),
     FormatReader(
-        ".raw", "famos:read_famos", "imctermite", "imc FAMOS", "recorders", apart=True
+        ".raw", "famos:read_famos", "imctermite", "imc FAMOS", "recorders", own_process=True
     ),
     FormatReader(".rsp .rpc .rpc3", "rpc3:read_rpc3"),
     FormatReader(".wav .rf64", "wav:read_wav"),
@@ -263,9 +270,9 @@ class ScaledSource(SampleSource):
             return self.source.read(rows, start + shift, stop + shift)
         out = np.empty((len(rows), max(0, stop - start)))
         for begin in np.unique(begins):
-            alike = np.flatnonzero(begins == begin).tolist()
-            out[alike] = self.source.read(
-                [rows[i] for i in alike], start + int(begin), stop + int(begin)
+            same_start = np.flatnonzero(begins == begin).tolist()
+            out[same_start] = self.source.read(
+                [rows[i] for i in same_start], start + int(begin), stop + int(begin)
             )
         return out
 
@@ -396,15 +403,15 @@ def recording_in(
         among, note = choose_part(raw, part, uses, name)
         wanted = uses if decide is None else decide(among, uses)
         chosen = choose_channels(among, wanted, name)
-        found = _recording(path, name, raw, file, chosen, said)
+        recording = _recording(path, name, raw, file, chosen, said)
         unused = unused_channels(
             raw, among, chosen, wanted, NO_ROLE if uses is None else IGNORED
         )
         return replace(
-            found,
+            recording,
             in_file=len(with_numbers(among)),
             unused=unused,
-            notes=(*found.notes, *([note] if note else []), *_absent(among, wanted)),
+            notes=(*recording.notes, *([note] if note else []), *_absent(among, wanted)),
         )
     except BaseException:
         raw.source.close()
@@ -551,7 +558,7 @@ def _placed(skipped: SkippedRows | None, timing: Timing) -> SkippedRows | None:
     return replace(skipped, first=first, last=last)
 
 
-def _channel(channel: RawChannel, use: ChannelUse | None, scale: Scale) -> Channel:
+def _channel(channel: RawChannel, use: ChannelUse | None, scale: UnitScale) -> Channel:
     return Channel(
         name=(use.name if use else None) or channel.name,
         unit=scale.unit,

@@ -125,15 +125,15 @@ class _Compact:
         """
         if depth > DEEPEST:
             raise IndexError
-        found: dict[int, int] = {}
+        numbers: dict[int, int] = {}
         field = 0
         while kind := (head := self._byte()) & 15:
             field = field + (head >> 4) if head >> 4 else self._whole()
             if kind in _NUMBERS:
-                found[field] = self._whole()
+                numbers[field] = self._whole()
             elif kind not in _BOOLEANS:
                 self._skip(kind, depth)
-        return found
+        return numbers
 
     def _byte(self) -> int:
         self.place += 1

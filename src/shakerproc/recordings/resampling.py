@@ -191,8 +191,8 @@ class ResampledSource(SampleSource):
         values = CubicSpline(at, np.where(good, samples, 0.0), axis=1)(times)
         for row in np.flatnonzero(~good.all(axis=1)):
             values[row] = _over_holes(at, samples[row], times)
-        found: FloatArray = values
-        return found
+        resampled: FloatArray = values
+        return resampled
 
     def close(self) -> None:
         """Close the other source."""

@@ -200,21 +200,21 @@ def matrix_of(file: FunctionFile, name: str, run: str, digest: str) -> ResponseF
         If there are none, or they have different lines or units.
     """
     notes = list(file.notes)
-    found = _distinct([f for f in file.functions if f.kind == "response function"], run)
-    if not found:
-        found, told = _of_spectra(file.functions, run)
+    by_pair = _distinct([f for f in file.functions if f.kind == "response function"], run)
+    if not by_pair:
+        by_pair, told = _of_spectra(file.functions, run)
         notes += told
-    if not found:
-        found, told = _of_one_record(file.functions, run)
+    if not by_pair:
+        by_pair, told = _of_one_record(file.functions, run)
         notes += told
-    if not found:
+    if not by_pair:
         kinds = sorted({f.kind for f in file.functions})
         raise RecordingError(
             f"{run}: no response functions in it{': ' * bool(kinds)}{', '.join(kinds)}. Export "
             "the functions between responses and inputs, or the samples over time."
         )
-    _check_units(found, run)
-    chosen, told = _complete(found)
+    _check_units(by_pair, run)
+    chosen, told = _complete(by_pair)
     notes += told
     lines = _common_lines(list(chosen.values()), run)
     responses = tuple(dict.fromkeys(response for response, _ in chosen))
@@ -253,15 +253,15 @@ def _distinct(functions: Sequence[Function], run: str) -> dict[tuple[str, str], 
     RecordingError
         If two are between the same and differ.
     """
-    found: dict[tuple[str, str], Function] = {}
+    by_pair: dict[tuple[str, str], Function] = {}
     for one in functions:
-        other = found.setdefault((one.response, one.input), one)
+        other = by_pair.setdefault((one.response, one.input), one)
         if other is not one and not np.array_equal(other.values, one.values):
             raise RecordingError(
                 f"{run}: {other.where} and {one.where} are both of {one.response} to "
                 f"{one.input}. Export each function once, with its node and direction."
             )
-    return found
+    return by_pair
 
 
 def _of_spectra(
@@ -275,7 +275,7 @@ def _of_spectra(
         If two have different lines.
     """
     autos = [f for f in functions if f.kind == "auto spectrum"]
-    found = {}
+    by_pair = {}
     for cross in (f for f in functions if f.kind == "cross spectrum"):
         # force and acceleration of a driving point have one name: their units tell them apart
         there = [auto for auto in autos if auto.response == cross.input]
@@ -292,9 +292,9 @@ def _of_spectra(
         one = replace(
             cross, kind="response function", values=values, input_unit=auto.response_unit
         )
-        found[cross.response, cross.input] = one
-    told = [f"{len(found)} response functions are made of cross and auto spectra (H1)."]
-    return found, told * bool(found)
+        by_pair[cross.response, cross.input] = one
+    sentences = [f"{len(by_pair)} response functions are made of cross and auto spectra (H1)."]
+    return by_pair, sentences * bool(by_pair)
 
 
 def _of_one_record(
@@ -311,18 +311,18 @@ def _of_one_record(
     forces = [f for f in spectra if _of_one_quantity(f.response_unit, "N")]
     if len(forces) != 1:
         return {}, []
-    force, found = forces[0], {}
+    force, by_pair = forces[0], {}
     for one in (f for f in spectra if f is not force):
         _common_lines([one, force], run)
-        found[one.response, force.response] = replace(
+        by_pair[one.response, force.response] = replace(
             one, kind="response function", values=one.values / force.values,
             input=force.response, input_unit=force.response_unit,
         )  # fmt: skip
-    told = (
-        f"{len(found)} response functions are ratios of spectra of one record to that of "
+    text = (
+        f"{len(by_pair)} response functions are ratios of spectra of one record to that of "
         f"{force.response}: without averages, noise of the force makes them smaller."
     )
-    return found, [told] * bool(found)
+    return by_pair, [text] * bool(by_pair)
 
 
 def _of_one_quantity(first: str, second: str) -> bool:
@@ -331,7 +331,7 @@ def _of_one_quantity(first: str, second: str) -> bool:
     return one is not None and other is not None and one[0] == other[0]
 
 
-def _check_units(found: Mapping[tuple[str, str], Function], run: str) -> None:
+def _check_units(functions: Mapping[tuple[str, str], Function], run: str) -> None:
     """Pass functions whose units are known.
 
     Raises
@@ -339,7 +339,7 @@ def _check_units(found: Mapping[tuple[str, str], Function], run: str) -> None:
     RecordingError
         If one is not.
     """
-    for one in found.values():
+    for one in functions.values():
         _si(one.response_unit, f"{run}: {one.where}")
         _si(one.input_unit, f"{run}: {one.where}")
 
@@ -367,18 +367,18 @@ def _in_si(one: Function, run: str) -> ComplexArray:
 
 
 def _complete(
-    found: Mapping[tuple[str, str], Function],
+    functions: Mapping[tuple[str, str], Function],
 ) -> tuple[dict[tuple[str, str], Function], list[str]]:
     """Return the functions of the inputs to which most responses are there, and a note."""
-    inputs = list(dict.fromkeys(driven for _, driven in found))
-    rows = {i: [r for r, driven in found if driven == i] for i in inputs}
+    inputs = list(dict.fromkeys(driven for _, driven in functions))
+    rows = {i: [r for r, driven in functions if driven == i] for i in inputs}
     most = max(rows.values(), key=len)
     kept = [i for i in inputs if set(rows[i]) == set(most)]
-    chosen = {(r, i): found[r, i] for r in most for i in kept}
-    left = [f"{r} to {i}" for r, i in found if i not in kept]
-    more = f" and {len(left) - 12} more" if len(left) > 12 else ""
-    told = f"Not used, other inputs have more responses: {', '.join(left[:12])}{more}."
-    return chosen, [told] * bool(left)
+    chosen = {(r, i): functions[r, i] for r in most for i in kept}
+    unused = [f"{r} to {i}" for r, i in functions if i not in kept]
+    more = f" and {len(unused) - 12} more" if len(unused) > 12 else ""
+    text = f"Not used, other inputs have more responses: {', '.join(unused[:12])}{more}."
+    return chosen, [text] * bool(unused)
 
 
 def _common_lines(functions: Sequence[Function], run: str) -> FloatArray:
@@ -417,12 +417,14 @@ def _coherence(
 
     Where a response has no coherence to an input, its multiple coherence to all inputs counts.
     """
-    found = {(f.response, f.input): f.values.real for f in functions if f.kind == "coherence"}
+    coherences = {
+        (f.response, f.input): f.values.real for f in functions if f.kind == "coherence"
+    }
     every = {f.response: f.values.real for f in functions if f.kind == "multiple coherence"}
-    if not found and not every:
+    if not coherences and not every:
         return None, []
     none = np.empty(0)
-    rows = [[found.get((r, i), every.get(r, none)) for i in inputs] for r in responses]
+    rows = [[coherences.get((r, i), every.get(r, none)) for i in inputs] for r in responses]
     if any(one.size != n for row in rows for one in row):
         return None, ["The coherences do not belong to all functions and are not used."]
     return np.clip(np.array(rows), 0.0, 1.0), []

@@ -162,9 +162,9 @@ def _header(content: bytes, run: str) -> Mapping[str, str]:
             f"{run}: does not begin as an RPC III file does (FORMAT, NUM_HEADER_BLOCKS, "
             f"NUM_PARAMS). {AGAIN}"
         )
-    found = dict(pairs)
-    count = _whole(found, "NUM_PARAMS", run)
-    blocks = _whole(found, "NUM_HEADER_BLOCKS", run)
+    entries = dict(pairs)
+    count = _whole(entries, "NUM_PARAMS", run)
+    blocks = _whole(entries, "NUM_HEADER_BLOCKS", run)
     if not (3 <= count <= 4 * blocks <= 4 * _MOST_BLOCKS) or len(content) < count * _RECORD:
         raise RecordingError(
             f"{run}: the header says {count} values in {blocks} blocks: no fit. {AGAIN}"

@@ -79,7 +79,7 @@ _NAMES: Mapping[str, str] = MappingProxyType({
 
 @final
 @dataclass(frozen=True, slots=True)
-class Scale:
+class UnitScale:
     """How numbers of a file become SI.
 
     Attributes
@@ -175,13 +175,15 @@ def contradicts(file: str, unit: str) -> bool:
     True
     """
     file = likely_unit(file) or file
-    own, other, quantity = parse_unit(file), parse_numbered(unit), quantity_of(file)
+    file_unit, other, quantity = parse_unit(file), parse_numbered(unit), quantity_of(file)
     if not quantity or other is None:
         return False
-    return quantity != other[0] or (own is not None and abs(own[1] / other[1] - 1.0) > 1e-9)
+    return quantity != other[0] or (
+        file_unit is not None and abs(file_unit[1] / other[1] - 1.0) > 1e-9
+    )
 
 
-def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
+def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> UnitScale:
     """Return how the numbers of a channel become SI.
 
     Raises
@@ -192,14 +194,16 @@ def scale_of(channel: RawChannel, use: ChannelUse | None, run: str) -> Scale:
     if use is None or use.role == "ignore":
         known = parse_unit(channel.unit)
         return (
-            Scale(UNKNOWN, 1.0, channel.unit) if known is None else Scale(*known, channel.unit)
+            UnitScale(UNKNOWN, 1.0, channel.unit)
+            if known is None
+            else UnitScale(*known, channel.unit)
         )
     wanted = _unit_of_role(channel, use)
     if use.sensitivity is None and use.unit is None:
         known = parse_unit(channel.unit)
         if known is None or known[0] != wanted:
             raise RecordingError(_unusable(channel, use, wanted, run))
-        return Scale(*known, channel.unit)
+        return UnitScale(*known, channel.unit)
     given = _by_unit if use.sensitivity is None else _by_sensitivity
     scale = given(channel, use, wanted, run)
     if contradicts(channel.unit, use.unit or scale.said) and not use.override:
@@ -329,7 +333,7 @@ def _offered(unit: str) -> str:
     return ""
 
 
-def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
+def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> UnitScale:
     text = use.unit or ""
     known = parse_numbered(text)
     if known is None or known[0] != wanted:
@@ -340,10 +344,10 @@ def _by_unit(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Sca
             f"but role {use.role} takes {_QUANTITIES[wanted]}, such as {_EXAMPLES[wanted]}"
             f"{more}."
         )
-    return Scale(*known, units.numbered(text)[1])
+    return UnitScale(*known, units.numbered(text)[1])
 
 
-def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> Scale:
+def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str) -> UnitScale:
     text = use.sensitivity or ""
     try:
         electrical, sensitivity = units.sensitivity(text, wanted)
@@ -363,7 +367,7 @@ def _by_sensitivity(channel: RawChannel, use: ChannelUse, wanted: str, run: str)
             f"{said}; write unit: {electrical} beside it if they are "
             f"{'volts' if electrical == 'V' else 'a charge'}."
         )
-    return Scale(wanted, output[1] / sensitivity, units.numbered(said)[1])
+    return UnitScale(wanted, output[1] / sensitivity, units.numbered(said)[1])
 
 
 _IN_BRACKETS: Final = re.compile(

@@ -222,9 +222,9 @@ class WatchedFile(SourceFile):
             time.sleep(min(_TICK - age, _TICK) * 1e-9)
 
 
-def _stamp_of(found: os.stat_result) -> Stamp:
+def _stamp_of(status: os.stat_result) -> Stamp:
     return Stamp(
-        found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+        status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
     )
 
 

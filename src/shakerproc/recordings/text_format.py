@@ -187,9 +187,9 @@ def find_format(lines: Sequence[str], encoding: str, run: str) -> TextFormat:
     for delimiter, decimal in _FORMATS:
         if (delimiter != "," and delimiter not in letters) or decimal not in {".", *letters}:
             continue
-        found = _try_format(lines, encoding, delimiter, decimal)
-        if found is not None and (best is None or found[0] > best[0]):
-            best = found
+        guess = _try_format(lines, encoding, delimiter, decimal)
+        if guess is not None and (best is None or guess[0] > best[0]):
+            best = guess
     if best is None:
         middle = len(lines) // 2
         raise RecordingError(
@@ -256,9 +256,9 @@ def _try_format(
     if labelled and not headers[0] and is_stepped(rows[first:], interval, decimal):
         headers, units = ("time", *headers[1:]), ("s", *units[1:])
     if not titles and (more := _printed_otherwise(rows[start:], width, decimal)):
-        told = "; ".join(", ".join(row) for row in rows[start : start + more])
+        text = "; ".join(", ".join(row) for row in rows[start : start + more])
         note = (
-            f"Line {start + 1} ({shown(told, 40)}) is no sample: it is printed in another way."
+            f"Line {start + 1} ({shown(text, 40)}) is no sample: it is printed in another way."
         )
         start += more
     axes += stated_axes(lines[:start])
@@ -269,11 +269,11 @@ def _try_format(
         axes += (domain.axis,)
     if interval is not None and not axes:
         axes = (TimeAxis("row Interval", step=interval, unit="s"),)
-    found = TextFormat(
+    text_format = TextFormat(
         encoding, delimiter, decimal, start, headers, units, axes=axes, note=note,
         start_time=None if domain is None else domain.origin,
     )  # fmt: skip
-    return counts[width] * width, found
+    return counts[width] * width, text_format
 
 
 def _below_meta(
@@ -357,7 +357,7 @@ def _is_row(row: Sequence[str], numbers: int, decimal: str) -> bool:
     return any(row) and (broken or numbers > 1)
 
 
-def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
+def _check_names(lines: Sequence[str], text_format: TextFormat, run: str) -> None:
     """Pass a table without names, or with one for each of its columns.
 
     Raises
@@ -365,19 +365,19 @@ def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
     RecordingError
         If the line above the numbers names more columns, or fewer, than there are.
     """
-    width = len(found.headers)
-    above = [i for i in range(found.first) if lines[i].strip()]
-    if found.headers != numbered(width) or not above:
+    width = len(text_format.headers)
+    above = [i for i in range(text_format.first) if lines[i].strip()]
+    if text_format.headers != numbered(width) or not above:
         return
-    names = cells_in_use(split(lines[above[-1]], found.delimiter))
+    names = cells_in_use(split(lines[above[-1]], text_format.delimiter))
     if (
         len(names) < 2
         or not _says_units(names)
-        or any(is_number(n, found.decimal) for n in names)
+        or any(is_number(n, text_format.decimal) for n in names)
     ):
         return
     advice = "Give each column a name"
-    if found.delimiter == "," and width == 2 * len(names):
+    if text_format.delimiter == "," and width == 2 * len(names):
         advice = (
             "Numbers with decimal commas cannot stand between commas: export with semicolons "
             "or tabs between the columns"
@@ -388,7 +388,7 @@ def _check_names(lines: Sequence[str], found: TextFormat, run: str) -> None:
     )
 
 
-def _check_units_of_times(lines: Sequence[str], found: TextFormat, run: str) -> None:
+def _check_units_of_times(lines: Sequence[str], text_format: TextFormat, run: str) -> None:
     """Pass headers of which no two name a column as a time in two units.
 
     Raises
@@ -396,10 +396,12 @@ def _check_units_of_times(lines: Sequence[str], found: TextFormat, run: str) -> 
     RecordingError
         If there are such two.
     """
-    pairs = zip_longest(found.headers, found.units[: len(found.headers)], fillvalue="")
+    pairs = zip_longest(
+        text_format.headers, text_format.units[: len(text_format.headers)], fillvalue=""
+    )
     used = [time_name(name, unit) for name, unit in pairs]
-    for number, line in enumerate(lines[: found.first], start=1):
-        row = split(line, found.delimiter)
+    for number, line in enumerate(lines[: text_format.first], start=1):
+        row = split(line, text_format.delimiter)
         for cell, one in zip(row, used, strict=False):
             other = time_name(uncommented(cell), "")
             said = (one[1].casefold(), other[1].casefold()) if one and other else ("", "")

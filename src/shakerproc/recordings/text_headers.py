@@ -100,7 +100,7 @@ def is_statement(line: str) -> bool:
 
 def stated_axes(above: Sequence[str]) -> tuple[TimeAxis, ...]:
     """Return the statements of the lines above a table on the times of its rows."""
-    found = []
+    time_axes = []
     for number, line in enumerate(above, 1):
         match = _STATED.fullmatch(uncommented(line).strip().strip('"'))
         if match is None:
@@ -113,11 +113,11 @@ def stated_axes(above: Sequence[str]) -> tuple[TimeAxis, ...]:
             factor = _HERTZ.get(unit.casefold())
             problem = "" if factor else f"{where} gives a rate in {shown(unit, 20)}, not in Hz"
             rate = float(text) * factor if factor else None
-            found.append(TimeAxis(where, rate=rate, problem=problem))
+            time_axes.append(TimeAxis(where, rate=rate, problem=problem))
         elif STEP_NAME.fullmatch(name) or STEP_WORD.fullmatch(name):
             digit = half_digit(text)
-            found.append(TimeAxis(where, step=float(text), unit=unit, digit=digit))
-    return tuple(found)
+            time_axes.append(TimeAxis(where, step=float(text), unit=unit, digit=digit))
+    return tuple(time_axes)
 
 
 @final

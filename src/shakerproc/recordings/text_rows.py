@@ -50,12 +50,12 @@ class Interruptions:
     samples: "array[int]" = field(default_factory=lambda: array("b"))
     named: list[tuple[int, str]] = field(default_factory=list)
 
-    def add(self, line: int, after: int, found: str, *, sample: bool) -> None:
+    def add(self, line: int, after: int, text: str, *, sample: bool) -> None:
         """Take in a line."""
         self.after.append(after)
         self.samples.append(sample)
         if len(self.named) < NAMED:
-            self.named.append((line, found))
+            self.named.append((line, text))
 
     def drop_last(self) -> None:
         """Forget the last line."""
@@ -99,7 +99,7 @@ class Readable(Protocol):
 
 
 def read_table(
-    file: Readable, found: TextFormat, run: str, *, span: tuple[int, int] | None = None
+    file: Readable, text_format: TextFormat, run: str, *, span: tuple[int, int] | None = None
 ) -> TextTable:
     """Return the numbers of a text file from its first row on.
 
@@ -107,7 +107,7 @@ def read_table(
     ----------
     file : file
         Open; one byte for each digit.
-    found : TextFormat
+    text_format : TextFormat
         How it holds its table.
     run : str
         Name of the run, for messages.
@@ -119,10 +119,10 @@ def read_table(
     RecordingError
         If it cannot be read.
     """
-    rows = _Rows(found, run)
+    rows = _Rows(text_format, run)
     start, stop = span or (0, LARGEST)
     file.seek(start)
-    for block in _blocks(file, 0 if span else found.first, stop - start):
+    for block in _blocks(file, 0 if span else text_format.first, stop - start):
         rows.add(block)
     return rows.table()
 
@@ -154,11 +154,11 @@ def _one_column(block: bytes, delimiter: str) -> bytes:
 class _Rows:
     """Takes in a table block by block."""
 
-    def __init__(self, found: TextFormat, run: str) -> None:
-        self._found = found
+    def __init__(self, text_format: TextFormat, run: str) -> None:
+        self._found = text_format
         self._run = run
-        self._width = len(found.headers)
-        self._line = found.first
+        self._width = len(text_format.headers)
+        self._line = text_format.first
         self._count = 0
         self._parts: list[FloatArray] = []
         self._bad = Interruptions()
@@ -166,8 +166,8 @@ class _Rows:
         self._above: list[bytes] = []
         self._torn = ""
         self._unended = False
-        numerals = _NUMERALS + found.decimal.encode()
-        self._numerals = numerals + b"\t" if found.delimiter == " " else numerals
+        numerals = _NUMERALS + text_format.decimal.encode()
+        self._numerals = numerals + b"\t" if text_format.delimiter == " " else numerals
 
     def add(self, block: bytes) -> None:
         """Take in some lines."""
@@ -390,11 +390,11 @@ def without_bad_rows(
 
 def refusal(bad: Interruptions, width: int) -> str:
     """Return the message on bad rows: the first of them, and how many there are."""
-    line, found = bad.named[0]
+    line, text = bad.named[0]
     count = len(bad.after)
     wanted = f"{width} numbers are" if width > 1 else "a number is"
     such = f" {count} lines are no rows of numbers ({_listed(bad)})." if count > 1 else ""
-    return f"line {line}: {found}, where {wanted} wanted.{such}"
+    return f"line {line}: {text}, where {wanted} wanted.{such}"
 
 
 def _listed(bad: Interruptions) -> str:
@@ -404,7 +404,7 @@ def _listed(bad: Interruptions) -> str:
 
 def _message(bad: Interruptions, filled: int, *, timed: bool) -> str:
     count = len(bad.after)
-    line, found = bad.named[0]
+    line, text = bad.named[0]
     lines = f"{count} lines that are no rows of numbers were"
     if count == 1:
         lines = "1 line that is no row of numbers was"
@@ -412,7 +412,7 @@ def _message(bad: Interruptions, filled: int, *, timed: bool) -> str:
     bridged = f"{filled} samples are" if filled != 1 else "1 sample is"
     why = "as the time column says" if timed else "no time column says how many were missing"
     return (
-        f"{lines} skipped ({where}line {line}: {found}); {bridged} bridged by "
+        f"{lines} skipped ({where}line {line}: {text}); {bridged} bridged by "
         f"straight lines ({why})."
     )
 

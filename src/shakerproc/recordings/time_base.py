@@ -175,7 +175,7 @@ def _with_ticks(base: TimeBase, rounded: _Statement, said: Sampling) -> TimeBase
     ticks = f"{where} repeats its times, which are rounded to {rounded.tick:g} {way.unit}"
     about = f": about {way.rate:.6g} samples in a second" if rounded.doubt else ""
     note = f"The start is good to {rounded.tick:g} {way.unit}, to which {where} is rounded."
-    found = replace(
+    ticked = replace(
         base,
         start=float(times[:1][0]) * way.seconds,
         start_doubt=rounded.tick * way.seconds,
@@ -189,8 +189,8 @@ def _with_ticks(base: TimeBase, rounded: _Statement, said: Sampling) -> TimeBase
             problem = (
                 f"{ticks}, and stray by {numeral(off)} {way.unit} from {rate:.9g} Hz{about}"
             )
-            return replace(found, sample_rate=None, problem=problem)
-    return found if base.sample_rate else replace(found, problem=f"{SILENT}; {ticks}{about}")
+            return replace(ticked, sample_rate=None, problem=problem)
+    return ticked if base.sample_rate else replace(ticked, problem=f"{SILENT}; {ticks}{about}")
 
 
 def _uneven(wrong: _Statement, base: TimeBase) -> TimeBase:
@@ -261,16 +261,16 @@ def _of_rate(axis: TimeAxis, rate: float) -> _Statement:
 
 def _of_times(axis: TimeAxis, times: Times, unit: str) -> _Statement:
     """Return the statement of times in a unit, or in none that is told."""
-    found = steps_of(times, axis.where, unit)
+    steps = steps_of(times, axis.where, unit)
     first = float(times[:1][0]) if times.size else 0.0
-    ticks = ticks_of(times) if found.problem and times.size > 1 else None
+    ticks = ticks_of(times) if steps.problem and times.size > 1 else None
     if ticks is not None:
         ways = _ways(unit, ticks.step or ticks.tick, first)
         ways = tuple(replace(way, rate=_whole(way.rate, ticks.doubt)) for way in ways)
-        return _Statement(axis, ways, ticks.doubt, found.problem, tick=ticks.tick)
-    ways = _ways(unit, found.step, first) if found.step else ()
-    ways = tuple(replace(way, rate=_whole(way.rate, found.doubt)) for way in ways)
-    return _Statement(axis, ways, found.doubt, found.problem)
+        return _Statement(axis, ways, ticks.doubt, steps.problem, tick=ticks.tick)
+    ways = _ways(unit, steps.step, first) if steps.step else ()
+    ways = tuple(replace(way, rate=_whole(way.rate, steps.doubt)) for way in ways)
+    return _Statement(axis, ways, steps.doubt, steps.problem)
 
 
 def _of_step(axis: TimeAxis, step: float, unit: str) -> _Statement:
@@ -340,8 +340,10 @@ def _whole(rate: float, doubt: float) -> float:
 
 def _undecided(best: _Statement, ways: Sequence[TimeReading], *, mean: bool = False) -> str:
     """Return between which readings the file does not decide."""
-    told = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
-    listed = " or ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
+    sentences = [f"{way.rate:.6g} Hz in {way.unit}" for way in ways]
+    listed = " or ".join(
+        [", ".join(sentences[:-1]), sentences[-1]] if len(sentences) > 1 else sentences
+    )
     return f"{best.axis.where} states no unit: it is {'a mean of ' * mean}{listed}"
 
 

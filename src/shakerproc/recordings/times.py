@@ -325,23 +325,23 @@ def _resolution(times: FloatArray) -> FloatArray:
     """
     size = np.abs(times)
     finest = 4.0 * np.spacing(size.max())
-    found = np.full(times.size, finest)
+    values = np.full(times.size, finest)
     if np.all(times == times.astype(np.float32)):
-        found = np.maximum(found, np.spacing(size.astype(np.float32)).astype(np.float64))
+        values = np.maximum(values, np.spacing(size.astype(np.float32)).astype(np.float64))
     for decimals in range(13):
         digit = 10.0**-decimals
         if digit <= finest:
             break
         if np.all(np.abs(times - digit * np.rint(times / digit)) <= finest):
-            found = np.maximum(found, digit)
+            values = np.maximum(values, digit)
             break
     power = np.floor(np.log10(size, where=size > 0.0, out=np.zeros(times.size)))
     for digits in range(1, 14):
         last: FloatArray = 10.0 ** (power + 1 - digits)
         if np.all(np.abs(times - last * np.rint(times / last)) <= 4.0 * np.spacing(size)):
-            found = np.maximum(found, last)
+            values = np.maximum(values, last)
             break
-    return found
+    return values
 
 
 def _advances(times: Times) -> bool:

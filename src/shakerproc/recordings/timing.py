@@ -189,25 +189,25 @@ def _line(channel: RawChannel, start: float, said: Sampling, run: str) -> Line:
 def _cost(lines: Sequence[Line], rate: float) -> tuple[str, str]:
     """Return the doubt in interpolated samples, and the cost of the interpolation."""
     band = min(line.band(rate) for line in lines)
-    told = (
+    text = (
         f"Every channel is interpolated to {rate:.9g} Hz (resample); that is good to 1 % up to "
         f"{numeral(band, 4)} Hz."
     )
     uneven = [line for line in lines if line.times is not None]
     if uneven:
         worst = max(uneven, key=lambda line: line.jitter)
-        told += (
+        text += (
             f" The steps of the times vary by {numeral(100.0 * worst.jitter)} % rms about "
             f"{numeral(1e3 / worst.rate, 4)} ms."
         )
     gaps = np.concatenate([line.gaps for line in uneven]) if uneven else np.empty(0)
     if not gaps.size:
-        return "", told
+        return "", text
     return (
         f"{gaps.size} step{'s are' if gaps.size > 1 else ' is'} longer than two others, the "
         f"longest {numeral(1e3 * gaps.max(), 4)} ms: samples are missing there, and what is "
         "interpolated is a guess.",
-        told,
+        text,
     )
 
 

@@ -68,12 +68,12 @@ def read_uff(path: Path, run: str) -> RawFile:
         path, run, " are too many to hold in memory. Export the recording as TDMS instead."
     )
     try:
-        found = list(data_sets(content))
-        every = [record_of(content, one) for one in found if one.kind == KIND]
+        uff_sets = list(data_sets(content))
+        every = [record_of(content, one) for one in uff_sets if one.kind == KIND]
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     records = [record for record in every if record.is_recording]
-    others = _contents_text([r for r in every if not r.is_recording], found)
+    others = _contents_text([r for r in every if not r.is_recording], uff_sets)
     if not records:
         message = (
             f"{run}: no time record (dataset 58 with function type 1, or 0 over a time); the "
@@ -92,8 +92,8 @@ def read_uff(path: Path, run: str) -> RawFile:
         for c, record in zip(channels, records, strict=True)
         if record.cut
     ]
-    told = [match for r in records if r.texts and (match := _OF.search(r.texts[4]))]
-    missing = max((int(match[1]) for match in told), default=0) - len(records)
+    sentences = [match for r in records if r.texts and (match := _OF.search(r.texts[4]))]
+    missing = max((int(match[1]) for match in sentences), default=0) - len(records)
     if missing > 0:
         notes.append(
             f"The file is not whole: {missing} of {missing + len(records)} records are missing."
@@ -128,14 +128,14 @@ def _content(path: Path, run: str, advice: str) -> bytes:
         raise RecordingError(f"{run}: cannot be opened: {error.strerror}.") from error
 
 
-def _contents_text(records: Sequence[Record], found: Sequence[UffDataSet]) -> str:
+def _contents_text(records: Sequence[Record], uff_sets: Sequence[UffDataSet]) -> str:
     """Return the further records and datasets of a file, with their numbers."""
     functions = Counter(
         ("complex " if r.is_complex and r.function <= 1 else "")
         + (FUNCTIONS[r.function] if r.function < len(FUNCTIONS) else f"type {r.function}")
         for r in records
     )
-    kinds = Counter(one.kind for one in found if one.kind != KIND)
+    kinds = Counter(one.kind for one in uff_sets if one.kind != KIND)
     parts = [f"{what} ({count})" for what, count in functions.items()]
     parts += [f"dataset {kind} ({count})" for kind, count in sorted(kinds.items())]
     return ", ".join(parts)
@@ -155,11 +155,13 @@ def _channel(record: Record, name: str, row: int, longest: int) -> RawChannel:
 
 def _names(records: Sequence[Record]) -> list[str]:
     """Return the first description that tells the records apart."""
-    told = [r for r in records if r.texts]
+    sentences = [r for r in records if r.texts]
     for kind in ("id1", "place", "id4"):
-        names = [{"id1": r.texts[0], "place": r.place, "id4": r.texts[3]}[kind] for r in told]
+        names = [
+            {"id1": r.texts[0], "place": r.place, "id4": r.texts[3]}[kind] for r in sentences
+        ]
         if names and all(n and n != "NONE" for n in names) and len(set(names)) == len(names):
-            rest = [f"record {number + 1}" for number in range(len(told), len(records))]
+            rest = [f"record {number + 1}" for number in range(len(sentences), len(records))]
             return names + rest
     return [f"record {number + 1}" for number in range(len(records))]
 
@@ -206,10 +208,12 @@ def read_uff_functions(path: Path, run: str) -> FunctionFile:
     """
     content = _content(path, run, ". Export fewer functions.")
     try:
-        found = list(data_sets(content))
-        records = [record_of(content, one, spectra=True) for one in found if one.kind == KIND]
-        units = units_of(content, found)
-        wireframe, left_out = wireframe_of(content, found, units)
+        uff_sets = list(data_sets(content))
+        records = [
+            record_of(content, one, spectra=True) for one in uff_sets if one.kind == KIND
+        ]
+        units = units_of(content, uff_sets)
+        wireframe, left_out = wireframe_of(content, uff_sets, units)
     except UffError as error:
         raise RecordingError(f"{run}: byte {error.place}: {error}. {AGAIN}") from error
     whole = [record for record in records if record.head]

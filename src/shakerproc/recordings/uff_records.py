@@ -116,7 +116,7 @@ class Record:
         return over_time and not self.is_complex
 
 
-def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Record:
+def record_of(content: bytes, data_set: UffDataSet, *, spectra: bool = False) -> Record:
     """Return a record of kind 58; with `spectra`, the values of those that are no samples too.
 
     Raises
@@ -124,14 +124,14 @@ def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Re
     UffError
         If its header is not what it should be, or it holds other than it says.
     """
-    body = below_head(content, found.start)
-    lines = content[found.start : body].splitlines()
-    if found.cut and (body > found.stop or len(lines) < HEAD):
+    body = below_head(content, data_set.start)
+    lines = content[data_set.start : body].splitlines()
+    if data_set.cut and (body > data_set.stop or len(lines) < HEAD):
         return Record((), 1, "", "", 0.0, -1, np.empty(0), is_complex=False, cut=True)
-    if body > found.stop:
-        raise UffError(found.start, "a record ends inside its header")
+    if body > data_set.stop:
+        raise UffError(data_set.start, "a record ends inside its header")
     head = [line.decode("utf-8", errors="replace") for line in lines]
-    place = found.start
+    place = data_set.start
     kind = integer(lines[6][:10], place)
     promised = integer(lines[6][10:20], place)
     function = integer(lines[5][:5], place)
@@ -147,7 +147,7 @@ def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Re
         promised=promised,
         values=np.empty(0),
         is_complex=kind in COMPLEX,
-        cut=found.cut,
+        cut=data_set.cut,
         start=_real(lines[6][30:43], place) if spacing else 0.0,
         step_text=head[6][43:56],
         start_text=head[6][30:43],
@@ -157,7 +157,7 @@ def record_of(content: bytes, found: UffDataSet, *, spectra: bool = False) -> Re
     if not (spectra or record.is_recording):
         return record
     record = replace(record, head=tuple(head)) if spectra else record
-    return _with_values(record, _Numbers(content, found, body, kind, even=bool(spacing)))
+    return _with_values(record, _Numbers(content, data_set, body, kind, even=bool(spacing)))
 
 
 def _said(text: str) -> str:
@@ -171,7 +171,7 @@ class _Numbers:
     """Where the numbers of a record stand, and how."""
 
     content: bytes
-    found: UffDataSet
+    data_set: UffDataSet
     body: int
     kind: int
     even: bool
@@ -185,7 +185,7 @@ def _with_values(record: Record, there: _Numbers) -> Record:
     UffError
         If it holds more or less than it says.
     """
-    binary = bool(there.found.binary)
+    binary = bool(there.data_set.binary)
     numbers = _binary_values(there, record.promised) if binary else _text_values(there)
     parts = 2 if record.is_complex else 1
     per_value = parts if there.even else parts + 1
@@ -195,7 +195,7 @@ def _with_values(record: Record, there: _Numbers) -> Record:
         count = record.promised
     elif filling.size or (count < record.promised and not record.cut):
         raise UffError(
-            there.found.start,
+            there.data_set.start,
             f"the record {shown(record.texts[0], 30)} holds {-(-numbers.size // per_value)} "
             f"values but says "
             f"{record.promised}",
@@ -217,16 +217,18 @@ def _binary_values(there: _Numbers, promised: int) -> NDArray[Any]:
     UffError
         If they are no whole number of numbers, or no IEEE floats.
     """
-    order = _byte_order(there.found.binary, there.body)
+    order = _byte_order(there.data_set.binary, there.body)
     dtype = np.dtype(order + TYPES[there.kind])
-    data = memoryview(there.content)[there.body : there.found.stop]  # no copy: files are large
+    data = memoryview(there.content)[
+        there.body : there.data_set.stop
+    ]  # no copy: files are large
     width = 2 if there.kind in COMPLEX else 1
     mixed = np.dtype([("x", order + "f4"), ("y", dtype, (width,))])
     double = dtype.itemsize == 8 and not there.even
     if double and len(data) == promised * mixed.itemsize:
         both = np.frombuffer(data, mixed)
         return np.column_stack([both["x"], both["y"]]).astype(np.float64).reshape(-1)
-    if len(data) % dtype.itemsize and not there.found.cut:
+    if len(data) % dtype.itemsize and not there.data_set.cut:
         raise UffError(there.body, "a record holds no whole number of numbers")
     return np.frombuffer(data, dtype, len(data) // dtype.itemsize)  # single ones stay so: large
 
@@ -256,9 +258,9 @@ def _text_values(there: _Numbers) -> FloatArray:
     UffError
         If one is none.
     """
-    text = there.content[there.body : there.found.stop].replace(b"D", b"E")
+    text = there.content[there.body : there.data_set.stop].replace(b"D", b"E")
     cells = text.split()
-    if there.found.cut:
+    if there.data_set.cut:
         cells = cells[:-1]
     try:
         return np.array(cells, dtype="S32").astype(np.float64)
@@ -267,7 +269,7 @@ def _text_values(there: _Numbers) -> FloatArray:
     cells = [cell for line in text.splitlines() for cell in _in_columns(line, widths)]
     filled = [cell for cell in cells if cell]
     try:
-        return np.array(filled[:-1] if there.found.cut else filled, dtype="S32").astype(
+        return np.array(filled[:-1] if there.data_set.cut else filled, dtype="S32").astype(
             np.float64
         )
     except ValueError as error:

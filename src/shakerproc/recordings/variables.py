@@ -71,19 +71,19 @@ class Variables:
 
 def flattened(trees: Iterable[tuple[str, Tree]]) -> Variables:
     """Return the arrays and texts of variables, however deep they stand."""
-    found = Variables()
+    variables = Variables()
     for name, tree in trees:
-        _sort_in(name, tree, ("", ""), found)
-    keep_distinct(found.called)
-    return found
+        _sort_in(name, tree, ("", ""), variables)
+    keep_distinct(variables.called)
+    return variables
 
 
-def _sort_in(name: str, tree: Tree, called: tuple[str, str], found: Variables) -> None:
+def _sort_in(name: str, tree: Tree, called: tuple[str, str], variables: Variables) -> None:
     """Put a variable where it belongs; `called` are the names beside it or above."""
     if isinstance(tree, list):
-        found.texts[name] = [text.strip() for text in tree]
+        variables.texts[name] = [text.strip() for text in tree]
     elif isinstance(tree, MatlabObject):
-        found.left_out.append(
+        variables.left_out.append(
             f"{name}, an object of class {tree.kind}: save its times and data as vectors"
         )
     elif isinstance(tree, Mapping):
@@ -92,13 +92,13 @@ def _sort_in(name: str, tree: Tree, called: tuple[str, str], found: Variables) -
         for key, inner in tree.items():
             holds = isinstance(inner, Mapping) or bool(VALUES.fullmatch(key))
             path = f"{name}{key}" if key[:1] in {"(", "{"} else f"{name}.{key}"
-            _sort_in(path, inner, called if holds else ("", ""), found)
+            _sort_in(path, inner, called if holds else ("", ""), variables)
     elif tree is not None and (plain := _two_axes(tree)) is not None:
-        found.arrays[name] = plain
+        variables.arrays[name] = plain
         if any(called):
-            found.called[name] = called
+            variables.called[name] = called
     else:
-        found.left_out.append(name)
+        variables.left_out.append(name)
 
 
 def _described(fields: Mapping[str, Any]) -> tuple[str, str]:

@@ -104,23 +104,23 @@ def _read(file: BinaryIO, run: str) -> RawFile:
             f"{run}: byte 0: {shown(head.decode('latin-1'))} begins no WAV file, which is "
             f"RIFF, RIFX or RF64 with WAVE. {AGAIN}"
         )
-    found = _chunks(file, size, int.from_bytes(head[4:8], _endian(order)), order, run)
-    said = _format(_content(file, found, b"fmt ", run), found.chunks[b"fmt "].first, order, run)
-    data = found.chunks.get(b"data")
+    riff = _chunks(file, size, int.from_bytes(head[4:8], _endian(order)), order, run)
+    said = _format(_content(file, riff, b"fmt ", run), riff.chunks[b"fmt "].first, order, run)
+    data = riff.chunks.get(b"data")
     if data is None:
         raise RecordingError(f"{run}: no samples in it: the chunk 'data' is missing. {AGAIN}")
     there = max(0, min(data.size, size - data.first)) // said.frame
-    promised = max(-(-found.promised // said.frame), there + found.unfinished)
+    promised = max(-(-riff.promised // said.frame), there + riff.unfinished)
     samples = Frames(
         run, file, data.first, (there, said.channels), said.dtype, _decoding(said, order)
     )
     if there < promised:
-        found.notes.append(
+        riff.notes.append(
             "The recorder never wrote how long it is: samples are read to the end of the file."
-            if found.unfinished
+            if riff.unfinished
             else f"The file is not whole: it ends after {there} of {promised} samples."
         )
-    start_time, axes = _times(file, found, said, run)
+    start_time, axes = _times(file, riff, said, run)
     channels = tuple(
         RawChannel(f"channel {number + 1}", number, there, promised,
                    start_time=start_time, axes=axes)
@@ -130,7 +130,7 @@ def _read(file: BinaryIO, run: str) -> RawFile:
     return RawFile(
         (RawGroup("", channels),),
         LinesSource(run, lines, file),
-        (*found.notes, *_described(file, found, said, run)),
+        (*riff.notes, *_described(file, riff, said, run)),
     )
 
 
@@ -149,7 +149,7 @@ def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Chu
     RecordingError
         If something else stands there.
     """
-    found, at, longer = _Chunks(), 12, {}
+    riff, at, longer = _Chunks(), 12, {}
     end = whole + 8
     while at + 8 <= size and at != end:
         file.seek(at)
@@ -161,15 +161,15 @@ def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Chu
             length = longer[name]
         known = _is_name(name)
         if name == b"data" and (length == _LATER or (not length and at + 8 < size == end)):
-            found.unfinished, length = True, size - at - 8
-        if not known or (b"data" in found.chunks and at + 8 + length > size >= end):
+            riff.unfinished, length = True, size - at - 8
+        if not known or (b"data" in riff.chunks and at + 8 + length > size >= end):
             raise RecordingError(
                 f"{run}: byte {at}: {shown(name.decode('latin-1'))} of {length} bytes is no "
                 f"chunk, so that the one before it is not as long as it says. {AGAIN}"
             )
         if name == b"data":
-            found.promised = 0 if found.unfinished else length
-        found.chunks.setdefault(name, _Chunk(name, at + 8, length))
+            riff.promised = 0 if riff.unfinished else length
+        riff.chunks.setdefault(name, _Chunk(name, at + 8, length))
         at += 8 + length + length % 2
     left = size - at
     if left > 0 and end not in {at, at - 1}:
@@ -178,10 +178,10 @@ def _chunks(file: BinaryIO, size: int, whole: int, order: str, run: str) -> _Chu
                 f"{run}: byte {at}: {left} bytes at the end belong to no chunk, so that the "
                 f"one before them is not as long as it says. {AGAIN}"
             )
-        found.notes.append("The file is not whole: it ends inside the name of a chunk.")
+        riff.notes.append("The file is not whole: it ends inside the name of a chunk.")
     elif left > 0:
-        found.notes.append(f"{left} bytes behind the end that the file states are left out.")
-    return found
+        riff.notes.append(f"{left} bytes behind the end that the file states are left out.")
+    return riff
 
 
 def _is_name(name: bytes) -> bool:
@@ -200,7 +200,7 @@ def _long_sizes(content: bytes, order: str) -> dict[bytes, int]:
     return sizes
 
 
-def _content(file: BinaryIO, found: _Chunks, name: bytes, run: str) -> bytes:
+def _content(file: BinaryIO, riff: _Chunks, name: bytes, run: str) -> bytes:
     """Return the content of a chunk that describes the samples; empty where it may lack.
 
     Raises
@@ -208,7 +208,7 @@ def _content(file: BinaryIO, found: _Chunks, name: bytes, run: str) -> bytes:
     RecordingError
         If there is no format.
     """
-    chunk = found.chunks.get(name)
+    chunk = riff.chunks.get(name)
     if chunk is None:
         if name == b"fmt ":
             raise RecordingError(f"{run}: the chunk 'fmt ' is missing. {AGAIN}")
@@ -271,13 +271,13 @@ def _of_three_bytes(raw: NDArray[Any], order: str) -> NDArray[np.float64]:
 
 
 def _times(
-    file: BinaryIO, found: _Chunks, said: _Format, run: str
+    file: BinaryIO, riff: _Chunks, said: _Format, run: str
 ) -> tuple[datetime | None, tuple[TimeAxis, ...]]:
     """Return the day on which a recording began, and the times that the file states.
 
     The rate stands there twice.
     """
-    day, start, digit = _broadcast_start(_content(file, found, b"bext", run), said.rate)
+    day, start, digit = _broadcast_start(_content(file, riff, b"bext", run), said.rate)
     alike = said.per_second == said.rate * said.frame
     problem = "" if alike else (
         f"the file contradicts itself: {said.rate} samples a second of {said.frame} bytes, but "
@@ -308,7 +308,7 @@ def _broadcast_start(content: bytes, rate: int) -> tuple[datetime | None, float,
     return day, start, 0.5
 
 
-def _described(file: BinaryIO, found: _Chunks, said: _Format, run: str) -> Iterator[str]:
+def _described(file: BinaryIO, riff: _Chunks, said: _Format, run: str) -> Iterator[str]:
     """Yield notes on the samples, and the texts that the file carries."""
     bits = 8 * said.dtype.itemsize
     if said.tag == _PCM:
@@ -316,7 +316,7 @@ def _described(file: BinaryIO, found: _Chunks, said: _Format, run: str) -> Itera
             f"Whole numbers of {bits} bits are read as shares of full scale, -1 to 1: the log "
             "says what it stands for, such as unit: 10 V."
         )
-    content = _content(file, found, b"LIST", run)
+    content = _content(file, riff, b"LIST", run)
     if content[:4] != b"INFO":
         return
     at = 4

@@ -54,11 +54,11 @@ def file_unit(channel: Channel) -> tuple[str, float]:
 
 def headers(channels: Sequence[Channel]) -> list[str]:
     """Return the header of each channel, such as ``control 1 [g]``."""
-    found = []
+    texts = []
     for channel in channels:
         unit, _ = file_unit(channel)
-        found.append(f"{channel.name} [{unit}]" if unit else channel.name)
-    return found
+        texts.append(f"{channel.name} [{unit}]" if unit else channel.name)
+    return texts
 
 
 def blocks_in_file_units(recording: Recording) -> Iterator[FloatArray]:
@@ -269,7 +269,7 @@ def _root_properties(recording: Recording, title: str) -> dict[str, Any]:
 def _channels(
     recording: Recording, group: str, block: FloatArray, *, described: bool
 ) -> list[ChannelObject]:
-    found = []
+    channel_objects = []
     for channel, samples in zip(recording.channels, block, strict=True):
         properties: dict[str, Any] = {}
         if described:
@@ -279,8 +279,8 @@ def _channels(
                 properties |= {"unit_string": unit, "NI_UnitDescription": unit}
             if recording.start_time is not None:
                 properties["wf_start_time"] = _naive(recording.start_time)
-        found.append(ChannelObject(group, channel.name, samples, properties))
-    return found
+        channel_objects.append(ChannelObject(group, channel.name, samples, properties))
+    return channel_objects
 
 
 def _naive(moment: datetime) -> np.datetime64:

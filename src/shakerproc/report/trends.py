@@ -67,7 +67,7 @@ def series_styles(trends: Sequence[Trend]) -> list[Mapping[str, int]]:
     that no trend has yet, then any that their trend has not.
     """
     seen: list[tuple[int, _Series]] = []
-    found: list[Mapping[str, int]] = []
+    rows: list[Mapping[str, int]] = []
     for trend in trends:
         series = list(_series(trend))
         styles = _earlier_styles(series, seen)
@@ -77,8 +77,8 @@ def series_styles(trends: Sequence[Trend]) -> list[Mapping[str, int]]:
                 free = [s for s in (*fresh, *range(STYLES)) if s not in styles.values()]
                 styles[one.name] = free[0] if free else len(styles) % STYLES
         seen += [(styles[one.name], one) for one in series]
-        found.append(styles)
-    return found
+        rows.append(styles)
+    return rows
 
 
 def _series(trend: Trend) -> Iterator[_Series]:
@@ -109,9 +109,9 @@ def draw_trends(trends: Sequence[Trend], folder: Path) -> list[Path]:
     ]
 
 
-def trend_figure(trend: Trend, beside: Sequence[Trend] = ()) -> "Figure":
+def trend_figure(trend: Trend, others: Sequence[Trend] = ()) -> "Figure":
     """Return the figure of a trend, its colours as where it stands among others."""
-    known = list(beside) if trend in beside else [trend]
+    known = list(others) if trend in others else [trend]
     return _figure(trend, series_styles(known)[known.index(trend)])
 
 
@@ -231,19 +231,19 @@ def earlier_section(
     runs: Sequence[RunSummary], earlier: Earlier, units: ShownUnits
 ) -> ReportSection:
     """Return the tests of both campaigns side by side: a table of modes, curves overlaid."""
-    found = changes(runs, earlier.runs)
+    moved = changes(runs, earlier.runs)
     before = {run.test: run for run in earlier.runs if run.status == "done"}
     pairs = [(run, before[run.test]) for run in runs if run.status == "done"
              and run.test in before]  # fmt: skip
-    paragraphs = [_opening(earlier, found.rows, len(pairs))]
-    for tests, whose in ((found.only_now, "this campaign"), (found.only_before, "the earlier")):
+    paragraphs = [_opening(earlier, moved.rows, len(pairs))]
+    for tests, whose in ((moved.only_now, "this campaign"), (moved.only_before, "the earlier")):
         if tests:
             paragraphs.append(f"Only in {whose}: {', '.join(tests)}.")
     other = [now.test for now, then in pairs if quantity_of(now) != quantity_of(then)]
     if other:
-        told = ", ".join(other)
-        paragraphs.append(f"Not compared, with a control in one campaign only: {told}.")
-    rows = [_cells(row) for row in found.rows]
+        text = ", ".join(other)
+        paragraphs.append(f"Not compared, with a control in one campaign only: {text}.")
+    rows = [_cells(row) for row in moved.rows]
     table = filled("Every mode before and now.", COLUMNS, rows)
     drawn = [_overlaid(run_in(now, units), run_in(then, units)) for now, then in pairs]
     return ReportSection(
@@ -317,7 +317,7 @@ def _unit(unit: str, run: RunSummary, kind: str) -> str:
 
 def _overlaid(now: RunSummary, before: RunSummary) -> PageFigure | None:
     """Return response functions of a test, or densities, now and before."""
-    kind, told = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
+    kind, quantity = ("gain", "|H1|") if quantity_of(now) == "|H1|" else ("psd", "PSD")
     content = content_of_summary(now)
     then = {curve.channel: curve for curve in content_of_summary(before).of(kind)}
     units = [content.unit_of(c.channel) for c in content.of(kind) if c.channel in then]
@@ -338,15 +338,15 @@ def _overlaid(now: RunSummary, before: RunSummary) -> PageFigure | None:
     axis, unit = frequency_axis(curves), _unit(units[0], now, kind)
     return PageFigure(
         f"Test {now.test}.",
-        f"{told} now in colour, earlier thin and grey.",
+        f"{quantity} now in colour, earlier thin and grey.",
         to_svg.plot(
             Plot(
                 [*grey, *lines],
                 axis,
-                logarithmic_axis(f"{told} [{unit}]", [*lines, *grey], 5),
+                logarithmic_axis(f"{quantity} [{unit}]", [*lines, *grey], 5),
                 spans=outside(now, axis),
             ),
             most=STILL,
-            title=f"{told} of test {now.test}, now and earlier",
+            title=f"{quantity} of test {now.test}, now and earlier",
         ),
     )

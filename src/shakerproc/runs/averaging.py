@@ -85,16 +85,16 @@ def averaged_blows(
         If there is no force or no blow, or none can be used.
     """
     setup = _setup(recording, crop, test.processing.hammer)
-    cut, found = setup.cut, []
+    cut, blows = setup.cut, []
     for sample in setup.strikes.samples:
         reason = incomplete(sample, cut, crop.n_samples)
         if reason:
-            found.append(Blow(sample, float("nan"), float("nan"), reason, 0.0))
+            blows.append(Blow(sample, float("nan"), float("nan"), reason, 0.0))
         else:
-            found.append(judge(_block(recording, crop, sample, cut), sample, setup))
-    kept = [blow.sample for blow in found if blow.kept]
+            blows.append(judge(_block(recording, crop, sample, cut), sample, setup))
+    kept = [blow.sample for blow in blows if blow.kept]
     if not kept:
-        raise SpectrumError(_no_blow_reason(recording, crop, setup, found))
+        raise SpectrumError(_no_blow_reason(recording, crop, setup, blows))
     blocks = (_block(recording, crop, sample, cut) for sample in kept)
     pulses: list[FloatArray] = []
     quiet: list[FloatArray] = []
@@ -106,7 +106,7 @@ def averaged_blows(
         window=cut.window,
         inputs=inputs,
     )
-    absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in found)
+    absolute = tuple(replace(blow, sample=blow.sample + crop.start) for blow in blows)
     return (
         replace(cross, window_name="blows", decay_rate=cut.decay_rate),
         Blows(setup, absolute, np.array(pulses), noise_before(quiet)),
@@ -216,9 +216,9 @@ def _no_blow_reason(
 ) -> str:
     """Return why no blow can be used, and a remedy."""
     counts = Counter(blow.reason.partition(":")[0] for blow in blows)
-    told = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
+    text = ", ".join(f"{reason} ({count})" for reason, count in counts.items())
     return (
-        f"none of {len(blows)} blows can be used: {told}. Blocks last "
+        f"none of {len(blows)} blows can be used: {text}. Blocks last "
         f"{numeral(setup.cut.length / setup.cut.sample_rate)} s, the trigger is "
         f"{numeral(setup.strikes.level)} N; change processing: {{hammer: {{length: ..., "
         f"trigger: ...}}}}, or strike again{_exchanged(recording, crop, setup)}"
@@ -321,10 +321,10 @@ def excited_band(test: Test, cross: CrossSpectra) -> tuple[float, float]:
     if wanted is not None:
         low, high = wanted[0], min(wanted[1], nyquist)
     if not low < high:
-        told = "excited band" if test.processing.band is None else "band of processing"
+        text = "excited band" if test.processing.band is None else "band of processing"
         low, high = wanted or (low, high)
         raise SpectrumError(
-            f"the {told} from {low:g} to {high:g} Hz does not lie below half the sample rate "
+            f"the {text} from {low:g} to {high:g} Hz does not lie below half the sample rate "
             f"of {cross.sample_rate:g} Hz, {nyquist:g} Hz. Correct its from and to in the log"
         )
     return low, high

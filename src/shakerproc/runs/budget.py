@@ -43,13 +43,13 @@ class QuietPart:
         Mean over the quietest stretches, in the bins of the run [unit²/Hz].
     rms : (n_channels,) array
         Of the same [unit].
-    told : str
+    origin : str
         Where it is from.
     """
 
     density: FloatArray
     rms: FloatArray
-    told: str
+    origin: str
 
 
 def quiet_part(recording: Recording, result: RunResult) -> QuietPart | None:
@@ -57,25 +57,25 @@ def quiet_part(recording: Recording, result: RunResult) -> QuietPart | None:
     segment, crop = result.spectra.segment, result.crop
     starts = [
         *range(0, crop.start - segment + 1, segment),
-        *range(crop.stop, result.n_samples - segment + 1, segment),
+        *range(crop.stop, result.recorded.n_samples - segment + 1, segment),
     ]
     if not starts:
         return None
     chosen = np.unique(np.linspace(0, len(starts) - 1, MOST).round().astype(int))
     power = np.array([_stretch(recording, starts[k], segment).var(axis=1) for k in chosen])
-    over = np.where(result.statistics.rms > 0.0, result.statistics.rms, 1.0) ** 2
+    over = (
+        np.where(result.averages.statistics.rms > 0.0, result.averages.statistics.rms, 1.0) ** 2
+    )
     order = np.argsort((power / over).sum(axis=1), kind="stable")
     quietest = order[: -(-len(order) // KEPT)]
-    density = np.zeros(result.psd.shape)
+    density = np.zeros(result.averages.psd.shape)
     for k in chosen[quietest]:  # one after the other: segments may be long
         samples = _stretch(recording, starts[k], segment)
-        density += welch([samples], result.sample_rate, result.test, ()).density
-    told = (
-        f"quietest {numeral(len(quietest) * segment / result.sample_rate, 3)} s before and "
-        "after the run"
-    )
+        density += welch([samples], result.recorded.sample_rate, result.test, ()).density
+    seconds = len(quietest) * segment / result.recorded.sample_rate
+    text = f"quietest {numeral(seconds, 3)} s before and after the run"
     rms = np.sqrt(power[quietest].mean(axis=0))
-    return QuietPart(density / len(quietest), rms, told)
+    return QuietPart(density / len(quietest), rms, text)
 
 
 def _stretch(recording: Recording, start: int, length: int) -> FloatArray:
@@ -210,7 +210,7 @@ def _unknown(lines: Iterable[Contribution]) -> Iterable[Contribution]:
 
 def is_random(result: RunResult) -> bool:
     """Return whether chance of a density means anything: the run is random vibration."""
-    return result.test.excitation in STEADY and result.bounds is not None
+    return result.test.excitation in STEADY and result.averages.bounds is not None
 
 
 def over_mean(row: int, inputs: Sequence[int]) -> dict[int, float]:

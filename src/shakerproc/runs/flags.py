@@ -76,9 +76,9 @@ def control_drops(result: RunResult) -> list[ControlDrop]:
     """
     if not result.controls or not result.responses:
         return []
-    found = _of_density(result) if result.test.excitation in _RANDOM else _of_sweeps(result)
+    drops = _of_density(result) if result.test.excitation in _RANDOM else _of_sweeps(result)
     kept: list[ControlDrop] = []
-    for one in sorted(found, key=lambda drop: drop.decibels):
+    for one in sorted(drops, key=lambda drop: drop.decibels):
         if all(max(one.frequency, k.frequency) > HALF_OCTAVE * min(one.frequency, k.frequency)
                for k in kept):  # fmt: skip
             kept.append(one)
@@ -89,13 +89,13 @@ def _of_density(result: RunResult) -> Iterator[ControlDrop]:
     lines = result.spectra.frequency
     wanted = _shape(result.test.profile, lines, density=True)
     with np.errstate(divide="ignore", invalid="ignore"):
-        level = result.psd[list(result.controls)].mean(axis=0) / wanted
+        level = result.averages.psd[list(result.controls)].mean(axis=0) / wanted
     inside = np.isfinite(level) & (level > 0.0) & (lines > 0.0)
     inside &= (lines >= result.band[0]) & (lines <= result.band[1])
     lines, level = lines[inside], level[inside]
     limit = 10.0 ** (-result.test.processing.tolerance.alarm / 10.0)
     for row in result.responses:
-        for one in result.response_peaks[row]:
+        for one in result.averages.response_peaks[row]:
             around = _surroundings(lines, np.log(level), one.peak.frequency)
             if around is None:
                 continue
@@ -109,14 +109,14 @@ def _of_density(result: RunResult) -> Iterator[ControlDrop]:
 
 
 def _of_sweeps(result: RunResult) -> Iterator[ControlDrop]:
-    for sweep in result.tracking.sweeps:
+    for sweep in result.over_time.tracking.sweeps:
         order = np.argsort(sweep.frequency)
         lines, control = sweep.frequency[order], sweep.control[order]
         wanted = _shape(result.test.profile, lines, density=False)
         level = control / wanted
         known = np.isfinite(level) & (level > 0.0)
         lines, level = lines[known], level[known]
-        for reading in result.swept:
+        for reading in result.over_time.swept:
             if reading.direction != sweep.direction:
                 continue
             around = _surroundings(lines, np.log(level), reading.frequency)
@@ -230,7 +230,9 @@ def expired(test: Test, start: datetime | None) -> list[RunFlag]:
 
 def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
     """Return all flags: those of the samples first, then those of the test."""
-    start, stop = (at / result.sample_rate for at in (result.crop.start, result.crop.stop))
+    start, stop = (
+        at / result.recorded.sample_rate for at in (result.crop.start, result.crop.stop)
+    )
     found_in_samples = health(recording)
     lost = unusable(found_in_samples, start, stop)
     seen = [
@@ -242,7 +244,7 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         )
         for f in within(found_in_samples, start, stop)
     ]
-    found = [
+    flags = [
         _crop(result),
         _controls(result),
         _level(result),
@@ -251,16 +253,16 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         _sweep_duration(result),
         _nyquist(result),
         _events(result),
-        _problem("sweep", result.tracking.problem),
-        _problem("notch", result.notch_problem),
+        _problem("sweep", result.over_time.tracking.problem),
+        _problem("notch", result.over_time.notch_problem),
     ]
-    found += expired(result.test, recording.start_time)
-    found += [
+    flags += expired(result.test, recording.start_time)
+    flags += [
         RunFlag("sweep rate", result.channels[reading.channel].name, text)
-        for reading in result.swept
+        for reading in result.over_time.swept
         if (text := too_fast(reading, in_octaves=result.test.rate_hz_per_s is None))
     ]
-    found += [
+    flags += [
         RunFlag(
             "control at resonance",
             result.channels[drop.channel].name,
@@ -268,9 +270,9 @@ def flags_of(recording: Recording, result: RunResult) -> tuple[RunFlag, ...]:
         )
         for drop in control_drops(result)
     ]
-    found += [RunFlag(one.kind, "", text) for one in result.analyses for text in one.problems]
+    flags += [RunFlag(one.kind, "", text) for one in result.analyses for text in one.problems]
     known = {flag.kind for flag in seen}
-    return (*seen, *(flag for flag in found if flag is not None and flag.kind not in known))
+    return (*seen, *(flag for flag in flags if flag is not None and flag.kind not in known))
 
 
 def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
@@ -286,14 +288,16 @@ def _with_remedy(flag: HealthFlag, start: float, stop: float) -> str:
 
 def _events(result: RunResult) -> RunFlag | None:
     """Return a flag where an event lies beyond the recording."""
-    late = [event for event in result.test.events if event.time > result.promised_duration]
+    late = [
+        event for event in result.test.events if event.time > result.recorded.promised_duration
+    ]
     if not late:
         return None
     return RunFlag(
         "event",
         "",
         f"{late[0].note} at {late[0].time:g} s: the recording ends at "
-        f"{numeral(result.promised_duration, 4)} s; correct the time in the log.",
+        f"{numeral(result.recorded.promised_duration, 4)} s; correct the time in the log.",
     )
 
 
@@ -306,14 +310,14 @@ def _crop(result: RunResult) -> RunFlag | None:
 
 
 def _controls(result: RunResult) -> RunFlag | None:
-    if result.imbalance is None or result.imbalance.warning is None:
+    if result.averages.imbalance is None or result.averages.imbalance.warning is None:
         return None
-    return RunFlag("controls differ", "", result.imbalance.warning)
+    return RunFlag("controls differ", "", result.averages.imbalance.warning)
 
 
 def _level(result: RunResult) -> RunFlag | None:
     """Return whether the table kept the level of the log."""
-    message = levels.mismatch(result.test, result.measured_level)
+    message = levels.mismatch(result.test, result.averages.measured_level)
     return RunFlag("level", "", message) if message else None
 
 
@@ -332,7 +336,7 @@ def control_density(result: RunResult) -> ControlSummary | None:
         return None
     frequency, width = result.spectra.frequency, EDGE_BINS * result.spectra.bin_width
     inside = (frequency > result.band[0] + width) & (frequency < result.band[1] - width)
-    density = result.psd[list(rows)].mean(axis=0)[inside]
+    density = result.averages.psd[list(rows)].mean(axis=0)[inside]
     if not density.size or not (density > 0.0).all():
         return None
     off = 10.0 * np.log10(density / wanted.value)
@@ -365,7 +369,7 @@ def control_sweep(result: RunResult) -> ControlSummary | None:
     if levels.watched(result.test, result.channels) != result.controls:
         return None  # what is tracked along a sweep is the controls
     parts = []
-    for sweep in result.tracking.sweeps:
+    for sweep in result.over_time.tracking.sweeps:
         inner = inner_part(sweep)
         parts.append((sweep.frequency[inner], sweep.control[inner]))
     frequency, control = (
@@ -407,7 +411,7 @@ def _judged(
 
 def _sweep_duration(result: RunResult) -> RunFlag | None:
     wanted = nominal_duration(result.test)
-    there = result.crop.n_samples / result.sample_rate
+    there = result.crop.n_samples / result.recorded.sample_rate
     if not wanted or abs(there / wanted - 1.0) <= DURATION_TOLERANCE:
         return None
     return RunFlag(
@@ -424,7 +428,7 @@ def _problem(kind: str, message: str) -> RunFlag | None:
 
 
 def _nyquist(result: RunResult) -> RunFlag | None:
-    band, nyquist = result.test.band, result.sample_rate / 2.0
+    band, nyquist = result.test.band, result.recorded.sample_rate / 2.0
     if band is None or band[1] <= nyquist:
         return None
     return RunFlag(

@@ -47,11 +47,11 @@ def seen_files(paths: Sequence[Path]) -> tuple[FileHash, ...]:
     RecordingError
         If one cannot be read.
     """
-    found = []
+    file_hashes = []
     for path in paths:
         with WatchedFile(path, path.name, hashed=True) as file:
-            found.append(file.fingerprint())
-    return tuple(found)
+            file_hashes.append(file.fingerprint())
+    return tuple(file_hashes)
 
 
 @final
@@ -85,13 +85,13 @@ class SequenceSource(SampleSource):
     parts: tuple[Recording, ...]
 
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
-        found, first = [], 0
+        parts, first = [], 0
         for part in self.parts:
             low, high = max(start - first, 0), min(stop - first, part.n_samples)
             if low < high:
-                found.append(part.select(list(rows)).samples(low, high))
+                parts.append(part.select(list(rows)).samples(low, high))
             first += part.n_samples
-        return np.concatenate(found, axis=1) if found else np.empty((len(rows), 0))
+        return np.concatenate(parts, axis=1) if parts else np.empty((len(rows), 0))
 
     def close(self) -> None:
         """Close all."""
@@ -112,7 +112,7 @@ def in_sequence(run: str, parts: Sequence[Recording]) -> Recording:
         done += before.n_samples
         _check_next(run, first, before, part, done)
     dated = all(part.start_time is not None for part in parts)
-    told = "each begins where the one before ends" if dated else "the files say no time"
+    text = "each begins where the one before ends" if dated else "the files say no time"
     last = parts[-1]
     missing = (last.expected_samples or last.n_samples) - last.n_samples
     n_samples = done + last.n_samples
@@ -126,7 +126,7 @@ def in_sequence(run: str, parts: Sequence[Recording]) -> Recording:
         file=_files(parts),
         notes=(
             f"{len(parts)} files in sequence: {', '.join(_name(part) for part in parts)}; "
-            f"{told}.",
+            f"{text}.",
             *dict.fromkeys(note for part in parts for note in part.notes),
         ),
     )
@@ -186,11 +186,11 @@ class BesideSource(SampleSource):
     def read(self, rows: Sequence[int], start: int, stop: int) -> FloatArray:
         n = len(self.main.channels)
         out = np.empty((len(rows), max(0, stop - start)))
-        own = [i for i, row in enumerate(rows) if row < n]
+        here = [i for i, row in enumerate(rows) if row < n]
         theirs = [i for i, row in enumerate(rows) if row >= n]
         low, high = self.first + start, self.first + stop
-        if own:
-            out[own] = self.main.select([rows[i] for i in own]).samples(low, high)
+        if here:
+            out[here] = self.main.select([rows[i] for i in here]).samples(low, high)
         if theirs:
             chosen = self.other.select([rows[i] - n for i in theirs])
             times = self.clock.at(np.arange(low, high) / self.main.sample_rate)
@@ -230,11 +230,11 @@ def side_by_side(
     RecordingError
         If there is no such channel, they have nothing in common, or no time.
     """
-    clock, told = RecorderClock(0.0), "they begin together (starts: ignore)"
+    clock, how = RecorderClock(0.0), "they begin together (starts: ignore)"
     if stamped:
-        clock, told = RecorderClock(_by_stamps(main, other)), "they have one clock"
+        clock, how = RecorderClock(_by_stamps(main, other)), "they have one clock"
     if common is not None:
-        clock, told = _clock(main, other, common)
+        clock, how = _clock(main, other, common)
     names = {channel.name for channel in main.channels}
     twice = [channel.name for channel in other.channels if channel.name in names]
     if twice:
@@ -249,11 +249,11 @@ def side_by_side(
     last = min(main.n_samples, round(until * main.sample_rate))
     if last - first < 2:
         raise RecordingError(
-            f"{main.run}: {_name(main)} and {_name(other)} have no time in common: {told}."
+            f"{main.run}: {_name(main)} and {_name(other)} have no time in common: {how}."
         )
     rate = main.sample_rate
     note = (
-        f"{_name(other)} beside {_name(main)}: {told}; its {other.sample_rate:.6g} Hz were "
+        f"{_name(other)} beside {_name(main)}: {how}; its {other.sample_rate:.6g} Hz were "
         f"brought to {rate:.6g} Hz. Used is what both cover, {first / rate:.6g} to "
         f"{last / rate:.6g} s."
     )
@@ -286,11 +286,11 @@ def _slower(recording: Recording, rate: float) -> tuple[Channel, ...]:
 
 def _unused_channels(main: Recording, other: Recording) -> tuple[UnusedChannel, ...]:
     """Return the channels that neither uses; of groups of one file, those both leave."""
-    found = dict.fromkeys((*main.unused, *other.unused))
+    unused_channels = dict.fromkeys((*main.unused, *other.unused))
     if main.path != other.path:
-        return tuple(found)
+        return tuple(unused_channels)
     both = set(main.unused) & set(other.unused)
-    return tuple(one for one in found if one.why != ANOTHER_GROUP or one in both)
+    return tuple(one for one in unused_channels if one.why != ANOTHER_GROUP or one in both)
 
 
 def _by_stamps(main: Recording, other: Recording) -> float:

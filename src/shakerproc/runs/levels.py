@@ -202,16 +202,16 @@ def mismatch(test: Test, seen: Level | None) -> str:
         off = 10.0 * math.log10(seen.value / wanted.value)
         alarm = test.processing.tolerance.alarm
         inside = abs(off) <= alarm
-        told, tolerance = f"{rounded_within(off, alarm)} dB", f"{alarm:g} dB"
+        departure, tolerance = f"{rounded_within(off, alarm)} dB", f"{alarm:g} dB"
     else:
         off = seen.value / wanted.value - 1.0
         inside = abs(off) <= AMPLITUDE_TOLERANCE
         limit = 100.0 * AMPLITUDE_TOLERANCE
-        told, tolerance = f"{rounded_within(100.0 * off, limit, 0)}%", f"{limit:g}%"
+        departure, tolerance = f"{rounded_within(100.0 * off, limit, 0)}%", f"{limit:g}%"
     if inside:
         return ""
     whose = "force channels" if seen.unit == "N" else "controls"
     return (
-        f"the {whose} saw a mean {wanted.kind} of {seen}, {told} from the {wanted} of the log "
-        f"(tolerance {tolerance})"
+        f"the {whose} saw a mean {wanted.kind} of {seen}, {departure} from the {wanted} of the "
+        f"log (tolerance {tolerance})"
     )

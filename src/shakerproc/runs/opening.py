@@ -78,8 +78,8 @@ def open_path(
     def decide(among: RawGroup, said: Sequence[ChannelUse] | None) -> Sequence[ChannelUse]:
         if said is None:
             return usual_uses(among, run, controls, unit)
-        found = by_sheet(said, among)
-        return found if unit is None else with_unit(found, among, unit, run)
+        channel_uses = by_sheet(said, among)
+        return channel_uses if unit is None else with_unit(channel_uses, among, unit, run)
 
     def opened(file: Path, named: str) -> Recording:
         return open_recording(
@@ -127,7 +127,7 @@ def _with_others(
         for name in test.continued:
             path = test.require_file(name)
             there.append(opened(path, f"test {test.id} ({path.name})"))
-        found = in_sequence(run, there) if test.continued else recording
+        joined = in_sequence(run, there) if test.continued else recording
         for one in test.beside:
             if all(use.role == "ignore" for use in one.channels):
                 continue  # it says that nothing is taken from there
@@ -145,14 +145,14 @@ def _with_others(
                     hashed=seen,
                 )
             )  # fmt: skip
-            found = side_by_side(
-                found, there[-1], one.common, stamped=not test.processing.ignore_starts
+            joined = side_by_side(
+                joined, there[-1], one.common, stamped=not test.processing.ignore_starts
             )
     except BaseException:
         for part in there:
             part.source.close()
         raise
-    return found
+    return joined
 
 
 def _by_sheet_alone(among: RawGroup, said: Sequence[ChannelUse] | None) -> Sequence[ChannelUse]:
@@ -179,17 +179,17 @@ def conditions_of(test: Test) -> tuple[Conditions, tuple[str, ...]]:
     ShakerprocError
         If the recording cannot be used.
     """
-    values, told = dict(test.conditions), list[str]()
+    values, notes = dict(test.conditions), list[str]()
     for use in test.measured_conditions:
         name = use.name or str(use.key)
         if name not in values:
             mean, spread, unit = _mean(test, use)
             values[name] = f"{mean:.9g} {unit}"
-            told.append(
+            notes.append(
                 f"{name} {numeral(mean)} {unit} in the mean, varying by {numeral(spread, 2)} "
                 f"{unit} rms"
             )
-    return Conditions(values, f"test {test.id}"), tuple(told)
+    return Conditions(values, f"test {test.id}"), tuple(notes)
 
 
 def _mean(test: Test, use: ChannelUse) -> tuple[float, float, str]:

@@ -113,7 +113,7 @@ def density_peaks(
     `density` is in the units of the channels, squared, over [Hz].
     """
     row_of = {channel: row for row, channel in enumerate(responses)} if against else {}
-    found = []
+    resonance_peaks = []
     for i, values in enumerate(density):
         coherence = against.coherence[row_of[i]] if against and i in row_of else None
         elsewhere = against is not None or search.one_frequency
@@ -121,12 +121,12 @@ def density_peaks(
         averages = search.spectra.effective_averages
         chance = np.full(values.shape, averages**-0.5) if averages > 1.0 else None
         if search.lines and i in responses:
-            left = spectra.clear_of_lines(search.spectra, search.lines, i)
-            peaks = search.peaks(spectra.masked(values, left), chance)
+            clear = spectra.clear_of_lines(search.spectra, search.lines, i)
+            peaks = search.peaks(spectra.masked(values, clear), chance)
         else:
             peaks = search.peaks(values, chance) or search.peaks(values, None)
-        found.append(_read(search, values, peaks, coherence, read))
-    return tuple(found)
+        resonance_peaks.append(_read(search, values, peaks, coherence, read))
+    return tuple(resonance_peaks)
 
 
 def response_peaks(
@@ -136,19 +136,19 @@ def response_peaks(
     responses: Sequence[int],
 ) -> tuple[tuple[ResonancePeak, ...], ...]:
     """Return the peaks of |H1| of every response, none for the controls."""
-    found: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
+    rows: list[tuple[ResonancePeak, ...]] = [()] * (len(controls) + len(responses))
     if against is not None and not search.one_frequency:
         for row, channel in enumerate(responses):
-            apart = spectra.clear_of_lines(search.spectra, search.lines, channel)
-            gain = spectra.masked(np.abs(against.h1[row]), against.valid & apart)
+            clear = spectra.clear_of_lines(search.spectra, search.lines, channel)
+            gain = spectra.masked(np.abs(against.h1[row]), against.valid & clear)
             chance = spectra.gain_random_error(
                 np.clip(against.coherence[row], 0.0, 1.0), search.spectra.effective_averages
             )
             known = chance if np.isfinite(chance).any() else None
             read = None if known is None else _reader_of_response(search, controls, channel)
             peaks = search.peaks(gain, known)
-            found[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
-    return tuple(found)
+            rows[channel] = _read(search, gain**2, peaks, against.coherence[row], read)
+    return tuple(rows)
 
 
 Reader: TypeAlias = Callable[[float], Damping]
@@ -277,15 +277,15 @@ def _asked_of(result: RunResult) -> tuple[list[ChannelPair], list[str]]:
     SpectrumError
         If it does not have one that is asked of this test itself.
     """
-    found, missing = [], []
+    asked, missing = [], []
     for one in result.test.processing.response_functions:
         try:
-            found.append(_pair(result, result.spectra, *_of_names(result, one)))
+            asked.append(_pair(result, result.spectra, *_of_names(result, one)))
         except SpectrumError as error:
             if "response_functions" not in result.test.processing.inherited:
                 raise
             missing.append(f"Left out: {one.output} / {one.input}: {error}")
-    return found, missing
+    return asked, missing
 
 
 def force_remarks(result: RunResult) -> tuple[str, ...]:
@@ -383,13 +383,13 @@ def _independent_power(
 ) -> BoolArray:
     """Return where the inputs have power of their own."""
     rows = list(inputs)
-    own = spectra.psd(cross)[rows].sum(axis=0)
-    return np.asarray(own >= OWN * result.psd[rows].sum(axis=0))
+    power = spectra.psd(cross)[rows].sum(axis=0)
+    return np.asarray(power >= OWN * result.averages.psd[rows].sum(axis=0))
 
 
 def _decays_once(result: RunResult) -> bool:
     """Return whether its spectra are averages over one decay, of which no function is had."""
-    return result.test.rings and result.blows is None
+    return result.test.rings and result.over_time.blows is None
 
 
 def _pair(
@@ -410,7 +410,7 @@ def _pair(
     of, over = result.channels[output].unit, result.channels[inputs[0]].unit
     unit, factor = shown_ratio(of, over)
     limits, _ = spectra.response_bounds(cross, *rows)
-    density = result.psd[list(inputs)].mean(axis=0)
+    density = result.averages.psd[list(inputs)].mean(axis=0)
     there = audible(result.spectra.frequency, density, result.band)
     scale = np.where(there, factor, np.nan)
     return ChannelPair(
@@ -441,16 +441,16 @@ def _excited(result: RunResult, inputs: Sequence[int], name: str) -> BoolArray:
     SpectrumError
         If it does not move at all.
     """
-    found = _driven(result, inputs)
-    if not found.any():
+    mask = _driven(result, inputs)
+    if not mask.any():
         low, high = result.band
         raise SpectrumError(
             f"response_functions: {name} does not move within {low:g} to {high:g} Hz; choose "
             "another input"
         )
-    return found
+    return mask
 
 
 def _driven(result: RunResult, inputs: Sequence[int]) -> BoolArray:
-    density = result.psd[list(inputs)].mean(axis=0)
+    density = result.averages.psd[list(inputs)].mean(axis=0)
     return spectra.driven(result.spectra.frequency, density, result.band)

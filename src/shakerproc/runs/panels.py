@@ -96,7 +96,7 @@ class Analysis:
         A few rows for the report, the terminal and the table of the batch, by header.
     panels : tuple of Panel
         Figures.
-    told : tuple of str
+    sentences : tuple of str
         Sentences for people.
     problems : tuple of str
         What is odd or not kept, a sentence each: flags of the run.
@@ -107,7 +107,7 @@ class Analysis:
     columns: Mapping[str, Any]
     summary: tuple[Mapping[str, Cell], ...]
     panels: tuple[Panel, ...]
-    told: tuple[str, ...] = ()
+    sentences: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
 
 

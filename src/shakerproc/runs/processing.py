@@ -20,6 +20,9 @@ from shakerproc.runs.opening import open_test
 from shakerproc.runs.pairs import Search, against_controls, density_peaks, response_peaks
 from shakerproc.runs.panels import envelope
 from shakerproc.runs.result import (
+    Averages,
+    OverTime,
+    RecordingFacts,
     RunResult,
     lone_force,
     shown_unit,
@@ -63,7 +66,7 @@ def find_crop(recording: Recording, test: Test) -> Crop:
     decides = abs(rest) >= DECIDES * crop.threshold
     blocks = (block - rest for block in _first(only)) if decides else _first(only)
     unit, scale = shown_unit(only.channels[0].unit)
-    found = spectra.crop_by_threshold(
+    found_crop = spectra.crop_by_threshold(
         list(blocks) if crop.remove_offset else blocks,
         crop.threshold,
         recording.sample_rate,
@@ -74,13 +77,13 @@ def find_crop(recording: Recording, test: Test) -> Crop:
         shown=(unit, scale),
     )
     if not decides:
-        return found
-    told = (
+        return found_crop
+    text = (
         f"{only.channels[0].name} rests at {numeral(scale * rest, 4)} {unit}, against a "
         f"threshold of {numeral(scale * crop.threshold, 4)} {unit}: the crop compares it "
         "without that offset"
     )
-    return replace(found, warning="; ".join(filter(None, (told, found.warning))))
+    return replace(found_crop, warning="; ".join(filter(None, (text, found_crop.warning))))
 
 
 def _rest(recording: Recording) -> float:
@@ -243,11 +246,25 @@ def _with_shaft(whole: Recording, result: RunResult) -> RunResult:
         return result
     shaft_of = loaded("shakerproc.runs.analyses.orders:shaft_of")
     try:
-        return replace(result, shaft=shaft_of(whole, result.crop, asked))
+        shaft = shaft_of(whole, result.crop, asked)
     except SpectrumError as error:
         if "orders" not in result.test.processing.inherited:
             raise
         return replace(result, notes=(*result.notes, f"Left out: {error}"))
+    return replace(result, over_time=replace(result.over_time, shaft=shaft))
+
+
+def _facts_of(whole: Recording, recording: Recording, test: Test) -> RecordingFacts:
+    """Return the facts of a recording; `whole` has the tachometers, too."""
+    return RecordingFacts(
+        run=recording.run,
+        sample_rate=recording.sample_rate,
+        n_samples=recording.n_samples,
+        expected_samples=recording.expected_samples if recording.incomplete else None,
+        start_time=recording.start_time,
+        unused=(*recording.unused, *_unread_tachometers(whole, test)),
+        envelope=envelope(recording.blocks(), recording.n_samples, recording.sample_rate),
+    )
 
 
 def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
@@ -268,26 +285,12 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
     moving = tuple(i for i in responses if channels[i].role == "response")
     loudest = max(moving or responses or controls, key=lambda i: float(described.rms[i]))
     tracking = tracked(recording, crop, test, controls, band)
-    result = RunResult(
-        run=recording.run,
-        test=test,
-        channels=channels,
-        controls=controls,
-        responses=responses,
-        sample_rate=recording.sample_rate,
-        n_samples=recording.n_samples,
-        expected_samples=recording.expected_samples if recording.incomplete else None,
-        start_time=recording.start_time,
-        notes=(*recording.notes, *_why_not(test, cross, channels, controls, lines)),
-        unused=(*recording.unused, *_unread_tachometers(whole, test)),
-        crop=crop,
-        crop_channel=crop_channel(whole, test),
-        band=band,
-        spectra=cross,
+    averages = Averages(
         psd=density,
         bounds=None if test.rings else spectra.psd_bounds(cross),
         band_rms=spectra.rms_in_band(cross, band),
         statistics=described,
+        loudest=loudest,
         against=against,
         psd_peaks=((),) * len(channels)
         if test.rings
@@ -295,17 +298,31 @@ def _process(whole: Recording, test: Test, *, pictured: bool) -> RunResult:
         response_peaks=response_peaks(search, against, controls, responses),
         imbalance=spectra.control_imbalance(cross, controls, search.judged),
         measured_level=levels.measured(test, cross, channels, band),
+    )
+    over_time = OverTime(
         tracking=tracking,
-        spectrogram=None,
-        pictured=loudest,
-        loudest=loudest,
+        swept=swept_readings(tracking.sweeps, responses),
         notch=notch,
         notch_problem=problem,
-        envelope=envelope(recording.blocks(), recording.n_samples, recording.sample_rate),
-        flags=(),
-        swept=swept_readings(tracking.sweeps, responses),
         blows=blows,
         tones=tones,
+        shaft=None,
+        spectrogram=None,
+        pictured=loudest,
+    )
+    result = RunResult(
+        recorded=_facts_of(whole, recording, test),
+        test=test,
+        channels=channels,
+        controls=controls,
+        responses=responses,
+        crop=crop,
+        crop_channel=crop_channel(whole, test),
+        band=band,
+        spectra=cross,
+        averages=averages,
+        over_time=over_time,
+        notes=(*recording.notes, *_why_not(test, cross, channels, controls, lines)),
     )
     return _with_the_rest(whole, recording, _with_averages_note(result), pictured=pictured)
 
@@ -332,7 +349,7 @@ def _with_spectrogram(recording: Recording, result: RunResult) -> RunResult:
         If it has no channel that the test itself names.
     """
     asked, segment = result.test.processing.spectrogram, result.spectra.segment
-    notes, row = result.notes, result.loudest
+    notes, row = result.notes, result.averages.loudest
     if asked is not None and asked.channel:
         try:
             row = row_asked_for(result.channels, asked.channel, "spectrogram")
@@ -340,11 +357,12 @@ def _with_spectrogram(recording: Recording, result: RunResult) -> RunResult:
             if "spectrogram" not in result.test.processing.inherited:
                 raise
             notes = (*notes, f"{error}; shown is {result.channels[row].name}.")
-    found = density_against_time(recording, result.crop, row, segment)
-    if found is None and asked is not None:
+    surface = density_against_time(recording, result.crop, row, segment)
+    if surface is None and asked is not None:
         why = f"the run holds fewer than two segments of {segment} samples."
         notes = (*notes, f"No spectrogram: {why}")
-    return replace(result, spectrogram=found, pictured=row, notes=notes)
+    over_time = replace(result.over_time, spectrogram=surface, pictured=row)
+    return replace(result, over_time=over_time, notes=notes)
 
 
 def _unread_tachometers(recording: Recording, test: Test) -> list[UnusedChannel]:
@@ -385,7 +403,11 @@ def _why_not(
 def _with_averages_note(result: RunResult) -> RunResult:
     """Return a result with a note on the limits of one average."""
     cross, n_samples = result.spectra, result.crop.stop - result.crop.start
-    if cross.effective_averages > 1.0 or result.test.rings or result.blows is not None:
+    if (
+        cross.effective_averages > 1.0
+        or result.test.rings
+        or result.over_time.blows is not None
+    ):
         return result
     note = (
         f"The run of {n_samples} samples holds one segment of {cross.segment}: one average has "

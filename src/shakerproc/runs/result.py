@@ -146,19 +146,13 @@ class NotchResult:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class RunResult:
-    """One recording processed.
+class RecordingFacts:
+    """A recording as it was opened.
 
     Attributes
     ----------
     run : str
         Name of the run.
-    test : Test
-        What the log says of it, and how it was processed.
-    channels : tuple of Channel
-        Rows of every array.
-    controls, responses : tuple of int
-        Which rows are controls, and which are set against them.
     sample_rate : float
         Samples per second [Hz].
     n_samples : int
@@ -167,106 +161,19 @@ class RunResult:
         How many it promised, where it holds fewer.
     start_time : datetime, optional
         Of the first sample.
-    notes : tuple of str
-        What the reader had to decide, and what cannot be computed, a sentence each.
     unused : tuple of UnusedChannel
         Channels of the file that nothing is made of.
-    crop : Crop
-        The part that was processed.
-    crop_channel : int, optional
-        Row of the channel that the threshold was compared with.
-    band : (float, float)
-        Excited band [Hz].
-    spectra : CrossSpectra
-        Of the crop.
-    psd : (n_channels, n_frequencies) array
-        Densities [unit²/Hz].
-    bounds : Bounds, optional
-        Their 95 % limits; None of blows, which are no random signal.
-    band_rms : (n_channels,) array
-        Rms within the band [unit].
-    statistics : Statistics
-        Of the crop.
-    against : Responses, optional
-        Responses against controls; None without a control.
-    psd_peaks, response_peaks : tuple of tuple of ResonancePeak
-        For each channel, tallest first; of the density and of |H1|. Of the density there are
-        none in a hammer test: it is that of the blows as much as of the structure.
-    imbalance : Imbalance, optional
-        How far the controls differ.
-    measured_level : Level, optional
-        What the controls saw in the mean.
-    tracking : Tracking
-        The response along a sweep or at a tone.
-    spectrogram : Spectrogram, optional
-        Density against time of one channel.
-    pictured : int
-        Row of that channel: the one that the log names, else `loudest`.
-    loudest : int
-        Row of the largest response.
-    notch : NotchResult, optional
-        The responses without the tone.
-    notch_problem : str
-        Why there is none although the log asks for it.
     envelope : Envelope
         Extremes over the whole recording.
-    flags : tuple of RunFlag
-        What is odd.
-    swept : tuple of SweptReading
-        The tallest point of every response along every sweep.
-    analyses : tuple of Analysis
-        What else the log asks for.
-    blows : Blows, optional
-        Of a hammer test: the segments that the spectra are averages of.
-    tones : MixedTones, optional
-        Of a sine on random: taken out of the samples before `spectra` and all that is read
-        from them.
-    shaft : Rotation, optional
-        From the tachometer, times from the start of the crop; None where no orders are asked.
     """
 
     run: str
-    test: Test
-    channels: tuple[Channel, ...]
-    controls: tuple[int, ...]
-    responses: tuple[int, ...]
     sample_rate: float
     n_samples: int
     expected_samples: int | None
     start_time: datetime | None
-    notes: tuple[str, ...]
     unused: tuple[UnusedChannel, ...]
-    crop: Crop
-    crop_channel: int | None
-    band: tuple[float, float]
-    spectra: CrossSpectra
-    psd: FloatArray
-    bounds: Bounds | None
-    band_rms: FloatArray
-    statistics: Statistics
-    against: Responses | None
-    psd_peaks: tuple[tuple[ResonancePeak, ...], ...]
-    response_peaks: tuple[tuple[ResonancePeak, ...], ...]
-    imbalance: Imbalance | None
-    measured_level: Level | None
-    tracking: Tracking
-    spectrogram: Spectrogram | None
-    pictured: int
-    loudest: int
-    notch: NotchResult | None
-    notch_problem: str
     envelope: Envelope
-    flags: tuple[RunFlag, ...]
-    swept: tuple[SweptReading, ...] = ()
-    analyses: tuple[Analysis, ...] = ()
-    blows: Blows | None = None
-    tones: MixedTones | None = None
-    shaft: Rotation | None = None
-
-    def units_of_response(self, row: int) -> tuple[str, str]:
-        """Return the SI units of a channel and of the controls that it is set against."""
-        over = self.controls[0] if self.controls else row
-        return self.channels[row].unit, self.channels[over].unit
 
     @property
     def incomplete(self) -> bool:
@@ -287,6 +194,141 @@ class RunResult:
     def length_text(self) -> str:
         """How much of the recording is there, in words."""
         return f"{self.duration:.2f} of {self.promised_duration:.2f} s"
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Averages:
+    """Means over the crop, and the peaks of its densities and response functions.
+
+    Attributes
+    ----------
+    psd : (n_channels, n_frequencies) array
+        Densities [unit²/Hz].
+    bounds : Bounds, optional
+        Their 95 % limits; None of blows, which are no random signal.
+    band_rms : (n_channels,) array
+        Rms within the band [unit].
+    statistics : Statistics
+        Of the crop.
+    loudest : int
+        Row of the largest response.
+    against : Responses, optional
+        Responses against controls; None without a control.
+    psd_peaks, response_peaks : tuple of tuple of ResonancePeak
+        For each channel, tallest first; of the density and of |H1|. Of the density there are
+        none in a hammer test: it is that of the blows as much as of the structure.
+    imbalance : Imbalance, optional
+        How far the controls differ.
+    measured_level : Level, optional
+        What the controls saw in the mean.
+    """
+
+    psd: FloatArray
+    bounds: Bounds | None
+    band_rms: FloatArray
+    statistics: Statistics
+    loudest: int
+    against: Responses | None
+    psd_peaks: tuple[tuple[ResonancePeak, ...], ...]
+    response_peaks: tuple[tuple[ResonancePeak, ...], ...]
+    imbalance: Imbalance | None
+    measured_level: Level | None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class OverTime:
+    """Sines, blows and rotation, which are followed over time.
+
+    Attributes
+    ----------
+    tracking : Tracking
+        The response along a sweep or at a tone.
+    swept : tuple of SweptReading
+        The tallest point of every response along every sweep.
+    notch : NotchResult, optional
+        The responses without the tone.
+    notch_problem : str
+        Why there is none although the log asks for it.
+    blows : Blows, optional
+        Of a hammer test: the segments that the spectra are averages of.
+    tones : MixedTones, optional
+        Of a sine on random: taken out of the samples before `spectra` and all that is read
+        from them.
+    shaft : Rotation, optional
+        From the tachometer, times from the start of the crop; None where no orders are asked.
+    spectrogram : Spectrogram, optional
+        Density against time of one channel.
+    pictured : int
+        Row of that channel: the one that the log names, else the largest response.
+    """
+
+    tracking: Tracking
+    swept: tuple[SweptReading, ...]
+    notch: NotchResult | None
+    notch_problem: str
+    blows: Blows | None
+    tones: MixedTones | None
+    shaft: Rotation | None
+    spectrogram: Spectrogram | None
+    pictured: int
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class RunResult:
+    """One recording processed.
+
+    Attributes
+    ----------
+    recorded : RecordingFacts
+        The recording as it was opened.
+    test : Test
+        What the log says of it, and how it was processed.
+    channels : tuple of Channel
+        Rows of every array.
+    controls, responses : tuple of int
+        Which rows are controls, and which are set against them.
+    crop : Crop
+        The part that was processed.
+    crop_channel : int, optional
+        Row of the channel that the threshold was compared with.
+    band : (float, float)
+        Excited band [Hz].
+    spectra : CrossSpectra
+        Of the crop.
+    averages : Averages
+        Densities, response functions and peaks of the crop.
+    over_time : OverTime
+        Sweeps, tones, blows and rotation within the crop.
+    notes : tuple of str
+        What the reader had to decide, and what cannot be computed, a sentence each.
+    analyses : tuple of Analysis
+        What else the log asks for.
+    flags : tuple of RunFlag
+        What is odd.
+    """
+
+    recorded: RecordingFacts
+    test: Test
+    channels: tuple[Channel, ...]
+    controls: tuple[int, ...]
+    responses: tuple[int, ...]
+    crop: Crop
+    crop_channel: int | None
+    band: tuple[float, float]
+    spectra: CrossSpectra
+    averages: Averages
+    over_time: OverTime
+    notes: tuple[str, ...]
+    analyses: tuple[Analysis, ...] = ()
+    flags: tuple[RunFlag, ...] = ()
+
+    def units_of_response(self, row: int) -> tuple[str, str]:
+        """Return the SI units of a channel and of the controls that it is set against."""
+        over = self.controls[0] if self.controls else row
+        return self.channels[row].unit, self.channels[over].unit
 
 
 def forces_of(channels: Sequence[Channel]) -> tuple[int, ...]:

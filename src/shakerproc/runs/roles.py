@@ -281,10 +281,10 @@ def _named(
 
 def _unit(channel: RawChannel, said: UnitOption | None) -> str:
     """Return the unit that decides the role of a channel: the file's, or the option's."""
-    own = quantity_of(channel.unit)
-    if said is None or own in _BY_UNIT:
+    quantity = quantity_of(channel.unit)
+    if said is None or quantity in _BY_UNIT:
         return channel.unit
-    return said.unit if said.override or not own else channel.unit
+    return said.unit if said.override or not quantity else channel.unit
 
 
 def with_unit(
@@ -300,24 +300,24 @@ def with_unit(
     by_key = {channel.name: channel for channel in group.channels} | dict(
         enumerate(group.channels, 1)
     )
-    found, against = [], []
+    channel_uses, against = [], []
     for use in uses:
         channel = by_key.get(use.key)
         if use.role == "ignore" or channel is None:
-            found.append(use)
+            channel_uses.append(use)
             continue
         _check_log(use, said, run)
-        own = quantity_of(channel.unit)
-        foreign = own in _BY_UNIT and own != quantity_of(said.unit)
+        quantity = quantity_of(channel.unit)
+        foreign = quantity in _BY_UNIT and quantity != quantity_of(said.unit)
         if contradicts(channel.unit, said.unit) and not foreign:
             against.append(channel)
-            found.append(replace(use, unit=said.unit, override=True))
+            channel_uses.append(replace(use, unit=said.unit, override=True))
         else:
             silent = parse_unit(channel.unit) is None
-            found.append(replace(use, unit=said.unit) if silent else use)
+            channel_uses.append(replace(use, unit=said.unit) if silent else use)
     if against and not said.override:
         raise LogError(_against(run, against, said.unit))
-    return tuple(found)
+    return tuple(channel_uses)
 
 
 def _check_log(use: ChannelUse, said: UnitOption, run: str) -> None:
@@ -337,10 +337,10 @@ def _check_log(use: ChannelUse, said: UnitOption, run: str) -> None:
 
 
 def _against(run: str, channels: Sequence[RawChannel], unit: str) -> str:
-    told = ", ".join(f"{shown(c.name)} in {shown(c.unit, 30)}" for c in channels[:8])
+    text = ", ".join(f"{shown(c.name)} in {shown(c.unit, 30)}" for c in channels[:8])
     more = f" and {len(channels) - 8} more" if len(channels) > 8 else ""
     return (
-        f"{run}: --unit says {unit}, the file says {told}{more}. Take --unit out or, where the "
+        f"{run}: --unit says {unit}, the file says {text}{more}. Take --unit out or, where the "
         "file is wrong, add --override-unit."
     )
 

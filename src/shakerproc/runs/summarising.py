@@ -89,23 +89,23 @@ class RunSurface:
 
 def surface_of(result: RunResult) -> RunSurface | None:
     """Return the spectrogram of a run, None where there is none."""
-    found = result.spectrogram
-    if found is None or found.time.size < 2:
+    surface = result.over_time.spectrogram
+    if surface is None or surface.time.size < 2:
         return None
-    channel = result.channels[result.pictured]
+    channel = result.channels[result.over_time.pictured]
     unit, factor = shown_unit(channel.unit)
-    part = found.frequency <= result.spectra.frequency[shown_part(result)][-1]
-    level = 10.0 * np.log10(np.maximum(found.density[0, part] * factor**2, 1e-30))
-    time = result.crop.start / result.sample_rate + found.time
-    return RunSurface(channel.name, f"{unit}²/Hz", time, found.frequency[part], level)
+    part = surface.frequency <= result.spectra.frequency[shown_part(result)][-1]
+    level = 10.0 * np.log10(np.maximum(surface.density[0, part] * factor**2, 1e-30))
+    time = result.crop.start / result.recorded.sample_rate + surface.time
+    return RunSurface(channel.name, f"{unit}²/Hz", time, surface.frequency[part], level)
 
 
 def curves_of(result: RunResult) -> list[RunCurve]:
     """Return every curve of a run with all of its points."""
     curves = [*_in_time(result), *_densities(result), *_along_sweeps(result)]
     curves += [*_tones(result), *_notched(result)]
-    if result.against is not None and result.test.excitation != "sine":
-        curves += _over_control(result, result.against)
+    if result.averages.against is not None and result.test.excitation != "sine":
+        curves += _over_control(result, result.averages.against)
     return curves
 
 
@@ -130,7 +130,7 @@ def unbroken_phase(response: ComplexArray) -> FloatArray:
 
 def _in_time(result: RunResult) -> Iterator[RunCurve]:
     """Yield the envelope of every channel, and the threshold of the crop."""
-    e = result.envelope
+    e = result.recorded.envelope
     for i, channel in enumerate(result.channels):
         factor = shown_unit(channel.unit)[1]
         yield RunCurve("time", channel.name, e.time, e.high[i] * factor, e.low[i] * factor)
@@ -138,7 +138,7 @@ def _in_time(result: RunResult) -> Iterator[RunCurve]:
     if isinstance(crop, ThresholdCrop) and row is not None:
         channel = result.channels[row]
         level = crop.threshold * shown_unit(channel.unit)[1]
-        ends = np.array([0.0, result.promised_duration])
+        ends = np.array([0.0, result.recorded.promised_duration])
         for sign in (1.0, -1.0) if crop.absolute else (1.0,):
             yield RunCurve("threshold", channel.name, ends, np.full(2, sign * level))
 
@@ -148,7 +148,7 @@ def _densities(result: RunResult) -> Iterator[RunCurve]:
     frequency = result.spectra.frequency[shown]
     for i, channel in enumerate(result.channels):
         factor = shown_unit(channel.unit)[1] ** 2
-        yield RunCurve("psd", channel.name, frequency, result.psd[i, shown] * factor)
+        yield RunCurve("psd", channel.name, frequency, result.averages.psd[i, shown] * factor)
 
 
 def _over_control(result: RunResult, against: Responses) -> Iterator[RunCurve]:
@@ -174,8 +174,8 @@ def _over_control(result: RunResult, against: Responses) -> Iterator[RunCurve]:
 
 def _along_sweeps(result: RunResult) -> Iterator[RunCurve]:
     """Yield fundamental and harmonics along each sweep, and the level of the control."""
-    name_of, loudest = [c.name for c in result.channels], result.loudest
-    for s in result.tracking.sweeps:
+    name_of, loudest = [c.name for c in result.channels], result.averages.loudest
+    for s in result.over_time.tracking.sweeps:
         for i in result.responses:
             ratio = shown_ratio(*result.units_of_response(i))[1]
             gain, phase = ratio * np.abs(s.gain[i]), unbroken_phase(s.gain[i])
@@ -189,15 +189,15 @@ def _along_sweeps(result: RunResult) -> Iterator[RunCurve]:
     if control_sweep(result) is not None:
         name = " and ".join(name_of[i] for i in result.controls)
         factor = shown_unit(result.channels[result.controls[0]].unit)[1]
-        for s in result.tracking.sweeps:
+        for s in result.over_time.tracking.sweeps:
             yield RunCurve("level", name, s.frequency, s.control * factor, part=s.direction)
 
 
 def _tones(result: RunResult) -> Iterator[RunCurve]:
     """Yield the amplitude of a steady sine and its harmonics in each channel."""
-    if result.test.excitation != "sine" or not result.tracking.tones:
+    if result.test.excitation != "sine" or not result.over_time.tracking.tones:
         return
-    tone = result.tracking.tones[0]
+    tone = result.over_time.tracking.tones[0]
     frequency = tone.frequency * np.arange(1.0, tone.harmonics.shape[1] + 1.0)
     for i, channel in enumerate(result.channels):
         amplitude = np.abs(tone.harmonics[i]) * shown_unit(channel.unit)[1]
@@ -206,7 +206,7 @@ def _tones(result: RunResult) -> Iterator[RunCurve]:
 
 def _notched(result: RunResult) -> Iterator[RunCurve]:
     """Yield two periods and the density of each response with and without the tone."""
-    notch = result.notch
+    notch = result.over_time.notch
     if notch is None:
         return
     shown = shown_part(result)
@@ -214,7 +214,7 @@ def _notched(result: RunResult) -> Iterator[RunCurve]:
     for row, i in enumerate(result.responses):
         name, factor = result.channels[i].name, shown_unit(result.channels[i].unit)[1]
         for part, samples, psd in (
-            ("before", notch.before, result.psd[i]),
+            ("before", notch.before, result.averages.psd[i]),
             ("after", notch.after, notch.psd[row]),
         ):
             yield RunCurve("notch", name, notch.time, samples[row] * factor, part=part)
@@ -253,19 +253,24 @@ def summary_of(
 
 def numbers_of(result: RunResult, test: str, facts: Mapping[str, Value]) -> RunSummary:
     """Return the numbers of a run, without its curves and where it comes from."""
-    level, level_unit = result.measured_level.shown if result.measured_level else (None, "")
+    level, level_unit = (
+        result.averages.measured_level.shown if result.averages.measured_level else (None, "")
+    )
     return RunSummary(
         test=test,
         status="done",
         facts=dict(facts),
-        sample_rate_hz=result.sample_rate,
-        duration_s=result.duration,
+        sample_rate_hz=result.recorded.sample_rate,
+        duration_s=result.recorded.duration,
         events=tuple((event.time, event.note) for event in result.test.events),
-        promised_s=result.promised_duration if result.incomplete else None,
+        promised_s=result.recorded.promised_duration if result.recorded.incomplete else None,
         start_time=""
-        if result.start_time is None
-        else f"{result.start_time:%Y-%m-%d %H:%M:%S}",
-        crop_s=(result.crop.start / result.sample_rate, result.crop.stop / result.sample_rate),
+        if result.recorded.start_time is None
+        else f"{result.recorded.start_time:%Y-%m-%d %H:%M:%S}",
+        crop_s=(
+            result.crop.start / result.recorded.sample_rate,
+            result.crop.stop / result.recorded.sample_rate,
+        ),
         measured_level=level,
         level_unit=level_unit,
         alarm=_alarm(result),
@@ -276,7 +281,7 @@ def numbers_of(result: RunResult, test: str, facts: Mapping[str, Value]) -> RunS
             FlagSummary(f.kind, f.channel, f.message, f.unusable) for f in result.flags
         ),
         notes=result.notes,
-        unused=result.unused,
+        unused=result.recorded.unused,
         analyses=tuple(_analysis(one) for one in result.analyses),
     )
 
@@ -289,7 +294,7 @@ def _analysis(one: Analysis) -> AnalysisSummary:
             {k: finite(v) if isinstance(v, float) else v for k, v in row.items()}
             for row in one.summary
         ),
-        one.told,
+        one.sentences,
         tuple(
             PanelSummary(
                 p.title, p.caption, p.x, p.y, tuple(_line(line) for line in p.lines), p.equal
@@ -319,10 +324,13 @@ def _alarm(result: RunResult) -> tuple[float, float] | None:
 def _spectrum(result: RunResult) -> SpectrumSummary:
     cross = result.spectra
     middle = len(cross.frequency) // 2
-    density = result.psd[0, middle]
+    density = result.averages.psd[0, middle]
     factors = (math.nan, math.nan)
-    if result.bounds is not None and density > 0.0:
-        low, high = result.bounds.low[0, middle], result.bounds.high[0, middle]
+    if result.averages.bounds is not None and density > 0.0:
+        low, high = (
+            result.averages.bounds.low[0, middle],
+            result.averages.bounds.high[0, middle],
+        )
         factors = (low / density, high / density)
     return SpectrumSummary(
         segment=cross.segment,
@@ -345,7 +353,7 @@ def finite(value: float, factor: float = 1.0) -> float | None:
 
 
 def _channel(result: RunResult, i: int) -> ChannelSummary:
-    channel, s = result.channels[i], result.statistics
+    channel, s = result.channels[i], result.averages.statistics
     unit, factor = shown_unit(channel.unit)
     _, gain = shown_ratio(*result.units_of_response(i))
     return ChannelSummary(
@@ -359,13 +367,13 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
         maximum=finite(s.maximum[i], factor),
         crest_factor=finite(s.crest_factor[i]),
         kurtosis=finite(s.kurtosis[i]),
-        band_rms=finite(result.band_rms[i], factor),
+        band_rms=finite(result.averages.band_rms[i], factor),
         coherence=_mean_coherence(result, i),
         psd_peaks=tuple(
             replace(_peak(p, factor**2), shape=_shape(result, i, p))
-            for p in result.psd_peaks[i]
+            for p in result.averages.psd_peaks[i]
         ),
-        response_peaks=tuple(_peak(p, gain) for p in result.response_peaks[i]),
+        response_peaks=tuple(_peak(p, gain) for p in result.averages.response_peaks[i]),
         swept_peaks=_swept_peaks(result, i),
     )
 
@@ -373,7 +381,9 @@ def _channel(result: RunResult, i: int) -> ChannelSummary:
 def _swept_peaks(result: RunResult, i: int) -> tuple[SweptPeak, ...]:
     ratio = shown_ratio(*result.units_of_response(i))[1]
     return tuple(
-        _swept_peak(reading, ratio) for reading in result.swept if reading.channel == i
+        _swept_peak(reading, ratio)
+        for reading in result.over_time.swept
+        if reading.channel == i
     )
 
 
@@ -394,34 +404,34 @@ def _swept_peak(reading: SweptReading, ratio: float) -> SweptPeak:
 
 
 def _mean_coherence(result: RunResult, i: int) -> float | None:
-    if result.against is None or i not in result.responses:
+    if result.averages.against is None or i not in result.responses:
         return None
-    values = result.against.coherence[result.responses.index(i), result.against.valid]
+    values = result.averages.against.coherence[
+        result.responses.index(i), result.averages.against.valid
+    ]
     values = values[np.isfinite(values)]
     return float(values.mean()) if values.size else None
 
 
-def _shape(
-    result: RunResult, i: int, found: ResonancePeak
-) -> Mapping[str, tuple[float, float]]:
+def _shape(result: RunResult, i: int, peak: ResonancePeak) -> Mapping[str, tuple[float, float]]:
     """Return how the responses of a channel's quantity move at a peak of it, over it [-]."""
     if i not in result.responses or i not in result.spectra.inputs:
         return {}
-    column = result.spectra.between([i], range(len(result.channels)))[0, :, found.peak.index]
+    column = result.spectra.between([i], range(len(result.channels)))[0, :, peak.peak.index]
     if not column[i].real > 0.0:
         return {}
     unit = result.channels[i].unit
-    alike = [j for j in result.responses if result.channels[j].unit == unit]
-    over = {result.channels[j].name: complex(column[j] / column[i].real) for j in alike}
+    same_unit = [j for j in result.responses if result.channels[j].unit == unit]
+    over = {result.channels[j].name: complex(column[j] / column[i].real) for j in same_unit}
     return {name: (round(v.real, 5), round(v.imag, 5)) for name, v in over.items()}
 
 
-def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
-    damping = found.damping
+def _peak(peak: ResonancePeak, factor: float) -> PeakSummary:
+    damping = peak.damping
     return PeakSummary(
-        frequency_hz=found.peak.frequency,
-        bin_hz=found.peak.bin_frequency,
-        height=found.peak.value * factor,
+        frequency_hz=peak.peak.frequency,
+        bin_hz=peak.peak.bin_frequency,
+        height=peak.peak.value * factor,
         natural_frequency_hz=damping.frequency if damping else None,
         damping_ratio=damping.ratio if damping else None,
         damping_low=damping.ratio_low if damping else None,
@@ -429,17 +439,17 @@ def _peak(found: ResonancePeak, factor: float) -> PeakSummary:
         quality=damping.quality_factor if damping else None,
         damping_bin_hz=damping.bin_width if damping else None,
         why_not=(damping.reason or "") if damping else "",
-        coherence=found.coherence,
+        coherence=peak.coherence,
         fitted_height=None
         if damping is None or damping.height is None
         else damping.height * factor,
-        resolved=found.resolved,
+        resolved=peak.resolved,
     )
 
 
 def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
     """Return the curves that the page draws, thinned: of one kind, channel by channel."""
-    loudest = result.channels[result.loudest].name
+    loudest = result.channels[result.averages.loudest].name
     kept: list[CurveSummary] = []
     for curve in curves_of(result):
         if curve.kind in {"time", "threshold"}:
@@ -451,10 +461,10 @@ def _kept_curves(result: RunResult) -> tuple[CurveSummary, ...]:
 
 def _kept_surface(result: RunResult) -> SurfaceSummary | None:
     """Return the spectrogram in as many cells as the page draws, where the log asks for it."""
-    found = surface_of(result) if result.test.processing.spectrogram is not None else None
-    if found is None:
+    surface = surface_of(result) if result.test.processing.spectrogram is not None else None
+    if surface is None:
         return None
-    level = found.level
+    level = surface.level
     for axis, most in enumerate(SURFACE_CELLS):
         cells = min(most, level.shape[axis])
         starts = np.arange(cells) * level.shape[axis] // cells
@@ -463,10 +473,10 @@ def _kept_surface(result: RunResult) -> SurfaceSummary | None:
     share = np.clip((level - high) / RANGE_DB + 1.0, 0.0, 1.0)
     letters = (ord("A") + np.rint(share * (SURFACE_STEPS - 1))).astype(np.uint8)
     return SurfaceSummary(
-        found.channel,
-        found.unit,
-        (float(found.time[0]), float(found.time[-1])),
-        (float(found.frequency[0]), float(found.frequency[-1])),
+        surface.channel,
+        surface.unit,
+        (float(surface.time[0]), float(surface.time[-1])),
+        (float(surface.frequency[0]), float(surface.frequency[-1])),
         high - RANGE_DB,
         high,
         tuple(str(row.tobytes(), "ascii") for row in letters),

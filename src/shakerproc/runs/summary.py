@@ -42,12 +42,12 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:MOST_NAMES]) + more
 
 
-def by_tests(told: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
+def by_tests(messages: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
     """Return the messages on tests, each line once with the tests that it is true of.
 
     Parameters
     ----------
-    told : iterable of (str, sequence of str)
+    messages : iterable of (str, sequence of str)
         Name of a test, and the lines about it.
 
     Examples
@@ -59,19 +59,19 @@ def by_tests(told: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
     """
     tests: dict[str, list[str]] = {}
     names = []
-    for name, lines in told:
+    for name, lines in messages:
         names.append(name)
         for line in lines:
             tests.setdefault(line, []).append(name)
     return [f"{_whose(found, names)}: {line}" for line, found in tests.items()]
 
 
-def _whose(found: Sequence[str], names: Sequence[str]) -> str:
-    if len(found) == len(names) > 1:
+def _whose(tests: Sequence[str], names: Sequence[str]) -> str:
+    if len(tests) == len(names) > 1:
         return "every test"
-    more = f" and {len(found) - MOST_TESTS} more" if len(found) > MOST_TESTS else ""
-    plural = "s" if len(found) > 1 else ""
-    return f"test{plural} {', '.join(found[:MOST_TESTS])}{more}"
+    more = f" and {len(tests) - MOST_TESTS} more" if len(tests) > MOST_TESTS else ""
+    plural = "s" if len(tests) > 1 else ""
+    return f"test{plural} {', '.join(tests[:MOST_TESTS])}{more}"
 
 
 Status: TypeAlias = Literal["done", "failed", "discarded"]

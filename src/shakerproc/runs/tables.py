@@ -57,23 +57,29 @@ def spectra_columns(result: RunResult) -> Columns:
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
         ending = spelled(unit, power=2)
-        columns[f"psd_{channel.name}{ending}"] = result.psd[i] * factor**2
-        if result.bounds is not None:
-            columns[f"psd_low_{channel.name}{ending}"] = result.bounds.low[i] * factor**2
-            columns[f"psd_high_{channel.name}{ending}"] = result.bounds.high[i] * factor**2
+        columns[f"psd_{channel.name}{ending}"] = result.averages.psd[i] * factor**2
+        if result.averages.bounds is not None:
+            columns[f"psd_low_{channel.name}{ending}"] = (
+                result.averages.bounds.low[i] * factor**2
+            )
+            columns[f"psd_high_{channel.name}{ending}"] = (
+                result.averages.bounds.high[i] * factor**2
+            )
         columns[f"cumulative_rms_{channel.name}{spelled(unit)}"] = running[i] * factor
-    if result.against is not None:
+    if result.averages.against is not None:
         columns |= _response_columns(result)
-    if result.notch is not None:
-        columns |= _notched_columns(result, result.notch.psd)
+    if result.over_time.notch is not None:
+        columns |= _notched_columns(result, result.over_time.notch.psd)
     return marked(columns, result)
 
 
 def marked(columns: Columns, result: RunResult) -> Columns:
     """Return columns with one more where the recording was cut short: how much is there."""
-    if not result.incomplete or not columns:
+    if not result.recorded.incomplete or not columns:
         return columns
-    return columns | {"incomplete": [result.length_text] * len(next(iter(columns.values())))}
+    return columns | {
+        "incomplete": [result.recorded.length_text] * len(next(iter(columns.values())))
+    }
 
 
 def _notched_columns(result: RunResult, density: FloatArray) -> Columns:
@@ -86,7 +92,7 @@ def _notched_columns(result: RunResult, density: FloatArray) -> Columns:
 
 
 def _response_columns(result: RunResult) -> Columns:
-    against = result.against
+    against = result.averages.against
     assert against is not None  # noqa: S101 - asked by the caller
     columns: Columns = {"excited": against.valid}
     for row, i in enumerate(result.responses):
@@ -103,20 +109,20 @@ def _response_columns(result: RunResult) -> Columns:
 
 def notch_columns(result: RunResult) -> Columns:
     """Return two periods before and after the tone was taken out; empty without a notch."""
-    if result.notch is None:
+    if result.over_time.notch is None:
         return {}
-    columns: Columns = {"time_s": result.notch.time}
+    columns: Columns = {"time_s": result.over_time.notch.time}
     for row, i in enumerate(result.responses):
         unit, factor = shown_unit(result.channels[i].unit)
         name = f"{result.channels[i].name}{spelled(unit)}"
-        columns[f"before_{name}"] = result.notch.before[row] * factor
-        columns[f"after_{name}"] = result.notch.after[row] * factor
+        columns[f"before_{name}"] = result.over_time.notch.before[row] * factor
+        columns[f"after_{name}"] = result.over_time.notch.after[row] * factor
     return marked(columns, result)
 
 
 def sweep_columns(result: RunResult) -> Columns:
     """Return the fundamental and harmonics along the sweeps; empty without a sweep."""
-    sweeps = result.tracking.sweeps
+    sweeps = result.over_time.tracking.sweeps
     if not sweeps:
         return {}
     factor = shown_unit(result.channels[result.controls[0]].unit)[1]
@@ -160,7 +166,7 @@ def _over_fundamental(harmonics: ComplexArray, k: int) -> ComplexArray:
 def tone_columns(result: RunResult) -> Columns:
     """Return one row for each tone, channel and harmonic; empty without a tone."""
     rows: list[Mapping[str, Value]] = []
-    for tone in result.tracking.tones:
+    for tone in result.over_time.tracking.tones:
         for i, channel in enumerate(result.channels):
             unit, factor = shown_unit(channel.unit)
             for k, value in enumerate(tone.harmonics[i], 1):
@@ -260,8 +266,8 @@ def thesis_tables_of(result: RunResult, recording: Recording) -> ThesisTables:
     forces = [channels[i].name for i in result.controls if channels[i].unit != "m/s^2"]
     if forces:
         raise SpectrumError(
-            f"{result.run}: --thesis divides accelerations by accelerations, and the control "
-            f"{forces[0]} is not one; leave --thesis out"
+            f"{result.recorded.run}: --thesis divides accelerations by accelerations, and the "
+            f"control {forces[0]} is not one; leave --thesis out"
         )
     rows = _rows(result)
     welch = test.processing.welch
@@ -276,14 +282,14 @@ def thesis_tables_of(result: RunResult, recording: Recording) -> ThesisTables:
     try:
         return thesis_tables(
             without_tachometers(recording).select(rows).samples(),
-            result.sample_rate,
+            result.recorded.sample_rate,
             crop=result.crop,
             n_controls=len(result.controls),
             names=thesis_names([channels[i] for i in rows], len(result.controls)),
             settings=settings,
         )
     except SpectrumError as error:
-        raise SpectrumError(f"{result.run}: --thesis: {error}") from error
+        raise SpectrumError(f"{result.recorded.run}: --thesis: {error}") from error
 
 
 def _rows(result: RunResult) -> list[int]:
@@ -309,28 +315,28 @@ def thesis_names(channels: Sequence[Channel], n_controls: int) -> list[str]:
 
 def write_thesis_tables(result: RunResult, recording: Recording, folder: Path) -> list[Path]:
     """Write the tables of the thesis' scripts, and return the files."""
-    found = thesis_tables_of(result, recording)
-    names = list(found.tables["psd"].columns)
+    thesis = thesis_tables_of(result, recording)
+    names = list(thesis.tables["psd"].columns)
     written = []
-    for name, table in found.tables.items():
+    for name, table in thesis.tables.items():
         written.append(folder / f"{name}.csv")
         files.write_csv(written[-1], {table.index_name: table.index, **table.columns})
     written.append(folder / "peaks.csv")
-    files.write_csv(written[-1], _peak_columns(found))
+    files.write_csv(written[-1], _peak_columns(thesis))
     written.append(folder / "crop.json")
-    files.write_json(written[-1], {**found.crop, **_said(result, names), "mode": found.mode})
+    files.write_json(written[-1], {**thesis.crop, **_said(result, names), "mode": thesis.mode})
     return written
 
 
-def _peak_columns(found: ThesisTables) -> dict[str, list[Any]]:
+def _peak_columns(tables: ThesisTables) -> dict[str, list[Any]]:
     return {
-        "quantity": [p.quantity for p in found.peaks],
-        "channel": [p.channel for p in found.peaks],
-        "used_by_thesis": [p.used_by_thesis for p in found.peaks],
-        "rank_by_location": [p.rank_by_location for p in found.peaks],
-        "frequency_hz": [p.frequency for p in found.peaks],
-        "value": [p.value for p in found.peaks],
-        "deleted": [p.deleted for p in found.peaks],
+        "quantity": [p.quantity for p in tables.peaks],
+        "channel": [p.channel for p in tables.peaks],
+        "used_by_thesis": [p.used_by_thesis for p in tables.peaks],
+        "rank_by_location": [p.rank_by_location for p in tables.peaks],
+        "frequency_hz": [p.frequency for p in tables.peaks],
+        "value": [p.value for p in tables.peaks],
+        "deleted": [p.deleted for p in tables.peaks],
     }
 
 
@@ -492,11 +498,11 @@ def unresolved(run: RunSummary, rows: tuple[PeakRow, ...]) -> str:
 
 def withheld(rows: tuple[PeakRow, ...]) -> Iterator[str]:
     """Yield each reason why a damping is withheld, once, with the peaks that it concerns."""
-    told: dict[str, dict[str, list[str]]] = {}
+    reasons: dict[str, dict[str, list[str]]] = {}
     for row in rows:
         if row.peak.why_not:
-            places = told.setdefault(row.peak.why_not, {})
+            places = reasons.setdefault(row.peak.why_not, {})
             places.setdefault(numeral(row.peak.frequency_hz, 4), []).append(row.channel.name)
-    for reason, places in told.items():
+    for reason, places in reasons.items():
         where = "; ".join(f"{', '.join(names)} at {hz} Hz" for hz, names in places.items())
         yield f"Q withheld ({where}): {reason}"

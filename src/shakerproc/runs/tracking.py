@@ -195,18 +195,18 @@ def too_fast(reading: SweptReading, *, in_octaves: bool) -> str:
         return ""
     off = reading.frequency - mode.steady_frequency
     fastest = spectra.fastest_rate(mode.frequency, mode.ratio)
-    told = (
+    text = (
         f"the peak at {numeral(reading.frequency, 4)} Hz is low by {1.0 - reached:.0%} and "
         f"{numeral(abs(off), 2)} Hz too {'high' if off > 0.0 else 'low'}"
     )
     behind = f"(zeta {mode.ratio:.2%})"
     if abs(mode.rate) <= fastest:
-        return f"the tracking's windows are too long for its damping {behind}: {told}"
+        return f"the tracking's windows are too long for its damping {behind}: {text}"
     shown = f"{numeral(fastest, 2)} Hz/s"
     if in_octaves:
         shown = f"{numeral(60.0 * fastest / (np.log(2.0) * mode.frequency), 2)} oct/min"
     return (
-        f"the sweep {reading.direction} is too fast for its damping {behind}: {told}; sweep at "
+        f"the sweep {reading.direction} is too fast for its damping {behind}: {text}; sweep at "
         f"{shown} or slower for {1.0 - ENOUGH:.0%}"
     )
 

@@ -76,8 +76,8 @@ class System:
         """Return the displacement of one place, (n,) array; see `displacements` [m]."""
         direction = self.places[place]
         moved = np.flatnonzero(direction)
-        found: FloatArray = coordinates[:, moved] @ direction[moved]
-        return found
+        values: FloatArray = coordinates[:, moved] @ direction[moved]
+        return values
 
     @property
     def n_states(self) -> int:
@@ -87,12 +87,12 @@ class System:
     @property
     def largest_states(self) -> FloatArray:
         """Size of each state and its limit, (n_states, 2) array."""
-        found = [
+        states = [
             largest_state(Law(line[LAW]), values)
             for line, values in zip(self.machine.lines, self.machine.values, strict=True)
             if line[MEMORY] >= 0
         ]
-        return np.array(found, float).reshape(-1, 2)
+        return np.array(states, float).reshape(-1, 2)
 
     @property
     def n_motions(self) -> int:
@@ -242,8 +242,8 @@ _TURN = 0.8  # rad of the fastest mode in one part of a sample
 
 def branches_of(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
     """Return the branches that each line can be on, or None where some are not linear."""
-    found = _branches(machine)
-    return None if found is None or np.any(_nonlinear_numbers(machine) >= 0) else found
+    branches = _branches(machine)
+    return None if branches is None or np.any(_nonlinear_numbers(machine) >= 0) else branches
 
 
 def _branches(machine: Machine) -> tuple[tuple[int, ...], ...] | None:
@@ -271,11 +271,13 @@ def _nonlinear_numbers(machine: Machine) -> NDArray[np.int64]:
     return numbers
 
 
-def _owner(machine: Machine, carried: NDArray[np.int64], n_states: int) -> NDArray[np.int64]:
+def _owner(
+    machine: Machine, force_numbers: NDArray[np.int64], n_states: int
+) -> NDArray[np.int64]:
     """Return whose state each is: the number of a carried line, or -1."""
     owner = np.full(n_states, -1)
     held = machine.lines[:, MEMORY] >= 0
-    owner[machine.lines[held, MEMORY]] = carried[held]
+    owner[machine.lines[held, MEMORY]] = force_numbers[held]
     return owner
 
 
@@ -311,8 +313,8 @@ def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = F
     slot_of[(combinations + 1) @ 3 ** np.arange(n_lines)[::-1]] = np.arange(count)
     n_states = int(np.sum(machine.lines[:, MEMORY] >= 0))
     n_y, n_events = 2 * machine.mass.size + n_states, 2 * n_lines
-    carried = _nonlinear_numbers(machine)
-    n_forces = int(np.sum(carried >= 0))
+    force_numbers = _nonlinear_numbers(machine)
+    n_forces = int(np.sum(force_numbers >= 0))
     size = n_y + degree + 2 + FORCE_TERMS * n_forces
     store = Store(
         slot_of,
@@ -324,8 +326,8 @@ def build_store(machine: Machine, sample: float, degree: int, *, carry: bool = F
         np.zeros((count, n_events, n_y + 2 + n_forces)),
         np.zeros((count, n_events, n_y + 2 + n_forces)),
         np.empty((count, n_y, size)),
-        carried,
-        _owner(machine, carried, n_states),
+        force_numbers,
+        _owner(machine, force_numbers, n_states),
         np.zeros((count, machine.mass.size + 1, n_forces)),
     )
     free = machine._replace(mode=np.zeros_like(machine.mode))

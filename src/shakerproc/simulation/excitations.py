@@ -278,8 +278,10 @@ def multisine(
     spectrum = np.exp(2j * np.pi * generator.random(frequency.size))
     if excited is not None:
         inside = profile.at(frequency) > 0.0
-        left = inside & excited[: frequency.size]
-        spectrum *= np.where(left, np.sqrt(inside.sum() / max(left.sum(), 1)), 0.0)
+        excited_lines = inside & excited[: frequency.size]
+        spectrum *= np.where(
+            excited_lines, np.sqrt(inside.sum() / max(excited_lines.sum(), 1)), 0.0
+        )
     one = _from_lines(spectrum, profile, frequency, n, sample_rate)
     return np.tile(one, periods)
 

@@ -17,9 +17,9 @@ from shakerproc.models.model import Model
 from shakerproc.models.validation import check_unscaled
 from shakerproc.simulation.assembly import System, assemble, build_store
 from shakerproc.simulation.inputs import Input
-from shakerproc.simulation.kernels.carried_forces import Carried, room_to_carry
+from shakerproc.simulation.kernels.carried_forces import CarriedForces, room_to_carry
 from shakerproc.simulation.kernels.dop853 import WORK_ROWS
-from shakerproc.simulation.kernels.table import Series, Store, room_for_series
+from shakerproc.simulation.kernels.table import MotionSeries, Store, room_for_series
 from shakerproc.simulation.kernels.windows import Nudges, walk_windows
 from shakerproc.simulation.response import (
     NO_TABLEAU,
@@ -223,9 +223,9 @@ class _Room:
     """Propagators of a model, and the arrays that the compiled stepper writes to."""
 
     store: Store
-    series: Series
+    series: MotionSeries
     steps: FloatArray
-    carried: Carried
+    carried: CarriedForces
     work: FloatArray
     motion: FloatArray
     acceleration: FloatArray

@@ -147,16 +147,16 @@ def interpolation_error(
     if pieces is not None:
         steps = np.arange(-earlier * upsample, (length - 1) * upsample)
         halves = 0.5 ** np.arange(pieces.shape[1])
-        found = pieces[cuts[:, None] * upsample + steps] @ halves
+        interpolated = pieces[cuts[:, None] * upsample + steps] @ halves
         edge = min(PREDICTED_ENDS, earlier) * upsample
-        missed = np.abs(found - exact[:, 1::2])[:, edge : steps.size - edge]
+        missed = np.abs(interpolated - exact[:, 1::2])[:, edge : steps.size - edge]
         middle = float(np.max(missed, initial=0.0))
-    begun = _error_of_beginnings(samples[places[:, earlier:]], exact, earlier)
+    beginnings = _error_of_beginnings(samples[places[:, earlier:]], exact, earlier)
     ends = max(
         float(np.max(np.abs(part)))
         for part in (samples[:PREDICTED_ENDS], samples[-PREDICTED_ENDS:])
     )
-    return InterpolationError(max(begun * ends, middle) / largest, middle / largest)
+    return InterpolationError(max(beginnings * ends, middle) / largest, middle / largest)
 
 
 def _error_of_beginnings(stretches: FloatArray, exact: FloatArray, earlier: int) -> float:
@@ -175,8 +175,8 @@ def _error_of_beginnings(stretches: FloatArray, exact: FloatArray, earlier: int)
     alone = finer(stretches, parts, 0)[0][:, : PREDICTED_ENDS * parts]
     known = exact[:, earlier * parts :][:, : alone.shape[1]]
     sizes = np.max(np.abs(stretches[:, :PREDICTED_ENDS]), axis=1)
-    apart = np.max(np.abs(alone - known), axis=1)
-    return float(np.max(apart[sizes > 0.0] / sizes[sizes > 0.0], initial=0.0))
+    difference = np.max(np.abs(alone - known), axis=1)
+    return float(np.max(difference[sizes > 0.0] / sizes[sizes > 0.0], initial=0.0))
 
 
 def _predicted(samples: FloatArray) -> FloatArray:
@@ -193,13 +193,13 @@ def _predicted(samples: FloatArray) -> FloatArray:
         What comes next, as it is predicted.
     """
     rows = samples.reshape(-1, samples.shape[-1])
-    found = np.zeros((len(rows), MARGIN))
+    predicted = np.zeros((len(rows), MARGIN))
     for row, weights, ahead in zip(
-        rows, _burg(rows, min(PREDICTION_ORDER, rows.shape[1] // 2)), found, strict=True
+        rows, _burg(rows, min(PREDICTION_ORDER, rows.shape[1] // 2)), predicted, strict=True
     ):
         state = scipy.signal.lfiltic([1.0], weights, row[: -weights.size : -1])
         ahead[:] = scipy.signal.lfilter([1.0], weights, ahead, zi=state)[0]
-    return found.reshape(*samples.shape[:-1], MARGIN)
+    return predicted.reshape(*samples.shape[:-1], MARGIN)
 
 
 def _burg(samples: FloatArray, order: int) -> FloatArray:
@@ -229,6 +229,7 @@ def _burg(samples: FloatArray, order: int) -> FloatArray:
     sizes = np.max(np.abs(samples), axis=1, keepdims=True)
     samples = samples / np.where(sizes > 0.0, sizes, 1.0)
     forward, backward = samples[:, 1:], samples[:, :-1]
+    # what is left of a signal that is predicted exactly: rounding of 1e-15, squared
     rounding = 1e-30 * np.sum(samples**2, axis=1)
     for reached in range(1, order + 1):
         energy = np.sum(forward**2 + backward**2, axis=1)
@@ -345,6 +346,7 @@ def pieces_of_samples(samples: FloatArray, *, upsample: int, hold: Hold) -> Floa
         values = samples if upsample == 1 else finer(samples, upsample, 0)[0]
         return np.stack((values[:-1], np.diff(values)), axis=1)
     p, v, a = finer(samples, upsample, 2)
+    # Hermite: value, slope and curvature at both ends of a step of length 1
     rise = np.diff(p)
     left, right = v[:-1], v[1:]
     bend, end_bend = a[:-1], a[1:]
@@ -387,6 +389,6 @@ def pieces_of_signal(
     time = shared.ravel()[: n_intervals * _ANALYTIC_DEGREE + 1] / sample_rate
     values = signal(time)
     pieces = np.empty((n_intervals, nodes.size))
-    apart = 1.0 / (nodes[None, :] - nodes[:, None] + np.eye(nodes.size))
-    through(np.asarray(values, dtype=float), nodes, apart, pieces)
+    inverse_distances = 1.0 / (nodes[None, :] - nodes[:, None] + np.eye(nodes.size))
+    through(np.asarray(values, dtype=float), nodes, inverse_distances, pieces)
     return pieces

@@ -156,8 +156,8 @@ class _Base:
     velocity: FloatArray | None
     displacement: FloatArray | None
 
-    def add(self, own: FloatArray | None, relative: FloatArray) -> FloatArray:
-        return relative if own is None else relative + own
+    def add(self, base_motion: FloatArray | None, relative: FloatArray) -> FloatArray:
+        return relative if base_motion is None else relative + base_motion
 
 
 def _recorded(sensor: Sensor, simulation: SimulatedResponse, base: _Base) -> FloatArray:
@@ -460,9 +460,9 @@ def _truncation(case: Case, motion: FloatArray, stats: FloatArray) -> float:
 def _shares(other: FloatArray, motion: FloatArray, n: int) -> tuple[float, float]:
     """Return the largest distances of displacements and velocities, over the largest motion."""
     sizes = [float(np.max(np.abs(motion[:, k * n : (k + 1) * n]))) for k in (0, 1)]
-    apart = np.abs(other - motion)
+    difference = np.abs(other - motion)
     first, second = (
-        float(np.max(apart[:, k * n : (k + 1) * n])) / size if size > 0.0 else 0.0
+        float(np.max(difference[:, k * n : (k + 1) * n])) / size if size > 0.0 else 0.0
         for k, size in enumerate(sizes)
     )
     return first, second
@@ -478,10 +478,10 @@ def _remarks(case: Case, motion: FloatArray) -> tuple[str, ...]:
             if place in names:
                 z = z + sign * motion[:, names.index(place)]
                 v = v + sign * motion[:, n + names.index(place)]
-        told = element.effect.remark(z, v)
-        if told is not None:
+        remark = element.effect.remark(z, v)
+        if remark is not None:
             where = " and ".join(element.between)
-            remarks.append(f"{element.effect.kind} between {where}: {told}")
+            remarks.append(f"{element.effect.kind} between {where}: {remark}")
     return tuple(remarks)
 
 

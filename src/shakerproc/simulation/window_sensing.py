@@ -104,9 +104,9 @@ def mean_accelerations(
     smooth = np.zeros(plain.size)  # means of what the second differences tell
     inner = slice(HALF, plain.size - HALF)
     smooth[inner] = np.convolve(second, halfway, "valid")
-    apart = np.zeros(plain.size)
-    apart[inner] = smooth[inner] - plain[inner]
-    taken = scipy.ndimage.convolve1d(apart, fold, mode="constant")
+    difference = np.zeros(plain.size)
+    difference[inner] = smooth[inner] - plain[inner]
+    taken = scipy.ndimage.convolve1d(difference, fold, mode="constant")
     plain[EDGE:-EDGE] += taken[EDGE:-EDGE]
     return plain
 

@@ -256,7 +256,7 @@ class Blow:
         Time for which the force is above half of that [s].
     reason : str
         Why it is rejected; empty where it is kept.
-    left : float
+    end_share : float
         Rms of the response at the end of the block over its largest value, the largest of
         all responses [-].
     silent : tuple of str
@@ -267,7 +267,7 @@ class Blow:
     force: float
     width: float
     reason: str
-    left: float
+    end_share: float
     silent: tuple[str, ...] = ()
 
     @property
@@ -305,9 +305,9 @@ class Blows:
         return [blow for blow in self.blows if blow.kept]
 
     @property
-    def left(self) -> float:
+    def end_share(self) -> float:
         """Mean share of a response that is left at the end of the blocks that are kept [-]."""
-        return float(np.mean([blow.left for blow in self.kept]))
+        return float(np.mean([blow.end_share for blow in self.kept]))
 
     @property
     def noise_density(self) -> FloatArray:
@@ -396,7 +396,7 @@ def judge(block: FloatArray, sample: int, setup: Setup) -> Blow:
         force=strikes.sign * peak,
         width=float(np.count_nonzero(force[pulse] >= 0.5 * peak)) / rate,
         reason="; ".join(reason for reason in reasons if reason),
-        left=max(heard, default=0.0),
+        end_share=max(heard, default=0.0),
         silent=tuple(n for n, left in answers.items() if left is None),
     )
 
@@ -453,11 +453,11 @@ def _double(force: FloatArray, pulse: slice, setup: Setup) -> str:
     for part, start in ((force[pulse.stop :], pulse.stop), (force[: pulse.start], 0)):
         if part.size and part.max() > low:
             at = start + int(np.argmax(part))
-            apart = (at - setup.cut.before) / setup.cut.sample_rate
-            kind = "double hit" if abs(apart) < SAME_BLOW else "another blow in the block"
-            side = "after" if apart > 0.0 else "before"
+            delay = (at - setup.cut.before) / setup.cut.sample_rate
+            kind = "double hit" if abs(delay) < SAME_BLOW else "another blow in the block"
+            side = "after" if delay > 0.0 else "before"
             share = float(part.max()) / peak
-            return f"{kind}: {share:.0%} of its force {_time(abs(apart))} {side} it"
+            return f"{kind}: {share:.0%} of its force {_time(abs(delay))} {side} it"
     return ""
 
 

@@ -87,20 +87,22 @@ def clock_against(
     power = np.array([float(np.sum(x[a : a + length] ** 2)) for a in starts])
     quarter = SEGMENTS // 4  # of a part in the middle, the other most likely has it as well
     loudest = int(starts[quarter + np.argmax(power[quarter:-quarter])])
-    lag, found = _delay(x[loudest : loudest + length], y, -loudest)
+    lag, similarity = _delay(x[loudest : loudest + length], y, -loudest)
     rows = []
     for start in starts:
         reach = int(MOST_DRIFT * abs(start - loudest)) + 16
         first = round(start + lag) - reach
         low, high = max(first, 0), min(first + length + 2 * reach, y.size)
         if high - low > length:
-            delay, alike = _delay(x[start : start + length], y[low:high], low - int(start))
-            rows.append((start + 0.5 * length, delay, alike))
+            delay, correlation = _delay(
+                x[start : start + length], y[low:high], low - int(start)
+            )
+            rows.append((start + 0.5 * length, delay, correlation))
     table: FloatArray = np.array(rows, dtype=np.float64).reshape(-1, 3)
     middle, delays, strength = table[:, 0], table[:, 1], table[:, 2]
     known = strength >= LEAST_CORRELATION
     if not known.any():
-        best = max([found, *strength.tolist()])
+        best = max([similarity, *strength.tolist()])
         raise SpectrumError(
             f"no part of one is found in the other: they correlate to {best:.2f} at most, "
             f"where {LEAST_CORRELATION:g} is needed"
@@ -121,16 +123,16 @@ def _delay(part: FloatArray, among: FloatArray, shift: int) -> tuple[float, floa
     energy = summed[part.size :] - summed[: summed.size - part.size]
     energy = np.maximum(energy, 1e-12 * max(float(energy.max()), 1e-300))
     norm = np.sqrt(energy * max(float(np.sum(part**2)), 1e-300))
-    alike = np.abs(np.fft.irfft(cross, n)[:places]) / norm
-    peak = int(np.argmax(alike))
-    repeated = np.flatnonzero(alike >= REPEATED * alike[peak])
+    correlation = np.abs(np.fft.irfft(cross, n)[:places]) / norm
+    peak = int(np.argmax(correlation))
+    repeated = np.flatnonzero(correlation >= REPEATED * correlation[peak])
     repeated = repeated[np.abs(repeated - peak) > part.size // 2]
     if repeated.size:  # a motion that repeats itself: the period with the smallest offset
         nearest = int(repeated[np.argmin(np.abs(repeated + shift))])
         if abs(nearest + shift) < abs(peak + shift):
             low = max(nearest - part.size // 4, 0)
-            peak = low + int(np.argmax(alike[low : nearest + part.size // 4]))
-    return shift + peak + _offset_of_peak(part, among, peak), float(alike[peak])
+            peak = low + int(np.argmax(correlation[low : nearest + part.size // 4]))
+    return shift + peak + _offset_of_peak(part, among, peak), float(correlation[peak])
 
 
 def _offset_of_peak(part: FloatArray, among: FloatArray, peak: int) -> float:

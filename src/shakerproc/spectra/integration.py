@@ -89,12 +89,12 @@ def integrated(
         omega = 2j * np.pi * np.maximum(frequency, 1e-300)
         spectrum = scipy.fft.rfft(samples, length) * high_pass_gain(frequency, corner)
         kept = slice(start - first, stop - first)
-        found = []
+        outputs = []
         for power in (1, 2):
             whole = np.zeros_like(spectrum)
             np.divide(spectrum, omega**power, out=whole, where=frequency > 0.0)
-            found.append(scipy.fft.irfft(whole, length)[:, kept])
-        yield np.array(found)
+            outputs.append(scipy.fft.irfft(whole, length)[:, kept])
+        yield np.array(outputs)
 
 
 def _from_rest(read: Reader, sample_rate: float, part: tuple[int, int]) -> Iterator[FloatArray]:
@@ -112,8 +112,8 @@ def _from_rest(read: Reader, sample_rate: float, part: tuple[int, int]) -> Itera
         pieces[0, 0] = step if start > part[0] else 0.0
         before, after = joined[:, :-1], joined[:, 1:]
         first = velocity + np.cumsum(0.5 * (before + after) * pieces, axis=1)
-        begun = np.concatenate([velocity, first[:, :-1]], axis=1)
-        rises = begun * pieces + (2.0 * before + after) / 6.0 * pieces**2
+        previous = np.concatenate([velocity, first[:, :-1]], axis=1)
+        rises = previous * pieces + (2.0 * before + after) / 6.0 * pieces**2
         second = displacement + np.cumsum(rises, axis=1)
         last, velocity, displacement = samples[:, -1:], first[:, -1:], second[:, -1:]
         yield np.array([first, second])

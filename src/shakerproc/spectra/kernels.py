@@ -265,8 +265,8 @@ def take_closed(stack: FloatArray, count: int, closed: FloatArray) -> int:
 
 
 @exact_jit
-def count_cycles(signal: FloatArray, found: FloatArray) -> int:
-    """Fill `found` (n, 2) with range and count of every cycle; return how many there are."""
+def count_cycles(signal: FloatArray, cycles: FloatArray) -> int:
+    """Fill `cycles` (n, 2) with range and count of every cycle; return how many there are."""
     stack, closed = np.empty(STACK), np.zeros(2)
     count = n_found = 0
     for k in range(signal.size):
@@ -277,11 +277,11 @@ def count_cycles(signal: FloatArray, found: FloatArray) -> int:
         count += 1
         left = take_closed(stack, count, closed)
         while left < count:
-            found[n_found] = closed
+            cycles[n_found] = closed
             n_found, count = n_found + 1, left
             left = take_closed(stack, count, closed)
     for k in range(1, count):
-        found[n_found, 0], found[n_found, 1] = abs(stack[k] - stack[k - 1]), 0.5
+        cycles[n_found, 0], cycles[n_found, 1] = abs(stack[k] - stack[k - 1]), 0.5
         n_found += 1
     return n_found
 
@@ -305,9 +305,9 @@ def rainflow(signal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     differs = np.diff(signal) != 0.0
     distinct = np.concatenate([signal[:1], signal[1:][differs]]).astype(np.float64)
-    found = np.empty((distinct.size + 1, 2))
-    n_found = count_cycles(distinct, found)
-    return found[:n_found, 0].copy(), found[:n_found, 1].copy()
+    cycles = np.empty((distinct.size + 1, 2))
+    n_found = count_cycles(distinct, cycles)
+    return cycles[:n_found, 0].copy(), cycles[:n_found, 1].copy()
 
 
 @exact_jit

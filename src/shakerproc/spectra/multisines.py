@@ -230,13 +230,13 @@ def _repeats(samples: FloatArray, sample_rate: float) -> str:
     products = np.fft.irfft(np.abs(spectrum) ** 2, 2 * n)[:n]
     energy = np.cumsum(centred**2)
     common = np.sqrt(energy[::-1] * np.maximum(energy[-1] - np.append(0.0, energy[:-1]), 0.0))
-    alike = products[: 2 * n // 3] > (1.0 - UNREPEATED_POWER) * common[: 2 * n // 3]
-    apart = np.flatnonzero(~alike)
-    again = np.flatnonzero(alike[apart[0] :]) if apart.size else np.zeros(0, int)
+    repeats = products[: 2 * n // 3] > (1.0 - UNREPEATED_POWER) * common[: 2 * n // 3]
+    different = np.flatnonzero(~repeats)
+    again = np.flatnonzero(repeats[different[0] :]) if different.size else np.zeros(0, int)
     if not again.size:
         return "nothing in it repeats: correct the crop, or record the multisine again"
-    start = int(apart[0] + again[0])
-    end = start + int(np.argmin(np.append(alike[start:], False)))
+    start = int(different[0] + again[0])
+    end = start + int(np.argmin(np.append(repeats[start:], False)))
     lag = start + int(np.argmax(products[start:end]))
     return f"it repeats after {lag / sample_rate:.9g} s: correct period under multisine"
 
@@ -269,7 +269,7 @@ class LineGrid:
         return np.asarray(self.excited_in.any(axis=0))
 
     @property
-    def carried(self) -> NDArray[np.int_]:
+    def n_exciting(self) -> NDArray[np.int_]:
         """Number of realisations in which the input moves at a line."""
         return np.asarray(self.excited_in.sum(axis=0))
 
@@ -337,12 +337,13 @@ def grid_of(
     if np.sum(somewhere & (number % 2 == 0)) <= STRAY_EVEN_LINES * np.sum(somewhere):
         excited &= number % 2 == 1
     fewest = int(np.argmin(excited.sum(axis=1)))
-    found = int(excited[fewest].sum())
-    if found < FEWEST_LINES:
+    n_excited = int(excited[fewest].sum())
+    if n_excited < FEWEST_LINES:
         whose = f" in realisation {fewest + 1}" if len(excited) > 1 else ""
         raise SpectrumError(
-            f"only {found} lines of the input are excited{whose} from {numeral(band[0], 4)} to "
-            f"{numeral(band[1], 4)} Hz; correct from, to, period or the role of the input"
+            f"only {n_excited} lines of the input are excited{whose} from "
+            f"{numeral(band[0], 4)} to {numeral(band[1], 4)} Hz; correct from, to, "
+            "period or the role of the input"
         )
     chosen = np.flatnonzero(excited.any(axis=0))
     part = slice(int(chosen[0]), int(chosen[-1]) + 1)
@@ -373,7 +374,7 @@ class LineSpectra:
     deviations are those of the mean over the periods of one realisation. What a line holds
     without being excited is corrected by :math:`\hat G U`: an input that is not quite clean
     counts as input. Each line is averaged over those realisations in which it is excited, or
-    is not: their numbers are `grid.carried` and the rest.
+    is not: their numbers are `grid.n_exciting` and the rest.
 
     Attributes
     ----------
@@ -418,7 +419,7 @@ class LineSpectra:
     def response_power(self) -> float:
         """Mean square amplitude of the response over all excited lines [unit squared]."""
         some = self.grid.excited
-        return float(np.average(self.level[some] ** 2, weights=self.grid.carried[some]))
+        return float(np.average(self.level[some] ** 2, weights=self.grid.n_exciting[some]))
 
     @property
     def noise_share(self) -> float | None:
@@ -465,10 +466,10 @@ def line_spectra(driving: ComplexArray, response: ComplexArray, grid: LineGrid) 
     if n_periods > 1:
         power = np.var(rest, axis=1, ddof=1).mean(axis=0) / n_periods
         noise = np.sqrt(power)
-    repeated = grid.carried > 1
-    apart = np.abs(each - function) ** 2
-    freedom = grid.carried[repeated] - 1
-    variance = np.sum(apart * active, axis=0)[repeated] / freedom
+    repeated = grid.n_exciting > 1
+    squares = np.abs(each - function) ** 2
+    freedom = grid.n_exciting[repeated] - 1
+    variance = np.sum(squares * active, axis=0)[repeated] / freedom
     scatter[repeated] = size[repeated] * np.sqrt(variance)
     return LineSpectra(
         grid,
@@ -540,17 +541,17 @@ def shares_of(spectra: LineSpectra) -> dict[Kind, Share]:
         What the response does at every line.
     """
     grid = spectra.grid
-    silent = spectra.realisations - grid.carried
-    found: dict[Kind, Share] = {}
+    silent = spectra.realisations - grid.n_exciting
+    shares: dict[Kind, Share] = {}
     kinds: tuple[tuple[Kind, NDArray[np.bool_], FloatArray, NDArray[np.int_]], ...] = (
         ("even", grid.even, spectra.distortion, silent),
         ("odd", grid.odd, spectra.distortion, silent),
-        ("all", grid.carried > 1, spectra.scatter, grid.carried - 1),
+        ("all", grid.n_exciting > 1, spectra.scatter, grid.n_exciting - 1),
     )
     for kind, chosen, amplitude, repeats in kinds:
         if chosen.any():
-            found[kind] = _share(spectra, kind, np.flatnonzero(chosen), amplitude**2, repeats)
-    return found
+            shares[kind] = _share(spectra, kind, np.flatnonzero(chosen), amplitude**2, repeats)
+    return shares
 
 
 def _share(

@@ -95,6 +95,7 @@ def _nominal(middle: FloatArray, fraction: int) -> FloatArray:
     """Return the nominal frequencies: preferred numbers, or three digits of narrower bands."""
     if fraction not in {1, 3}:
         return np.array([float(f"{f:.3g}") for f in middle])
+    # rounding may leave the first band of a decade just below it
     decade = np.floor(np.log10(middle * 1.001))
     step = np.rint(10.0 * (np.log10(middle) - decade)).astype(int)
     exact = np.array(_THIRDS)[step] * 10.0**decade
@@ -170,6 +171,6 @@ def rms_of_density(spectra: CrossSpectra, bands: OctaveBands) -> FloatArray:
         rms_in_band(spectra, (float(low), float(high)))
         for low, high in zip(bands.lower, bands.upper, strict=True)
     ]
-    found = np.array(columns).reshape(len(columns), -1).T.copy()
-    found[:, bands.upper - bands.lower < spectra.bin_width] = np.nan
-    return found
+    values = np.array(columns).reshape(len(columns), -1).T.copy()
+    values[:, bands.upper - bands.lower < spectra.bin_width] = np.nan
+    return values

@@ -35,11 +35,11 @@ def profile_at(
         Levels [unit of `levels`]; not a number outside the breakpoints.
     """
     inside = (frequency >= breakpoints[0]) & (frequency <= breakpoints[-1])
-    found = np.full(frequency.shape, np.nan)
-    found[inside] = np.exp(
+    values = np.full(frequency.shape, np.nan)
+    values[inside] = np.exp(
         np.interp(np.log(frequency[inside]), np.log(breakpoints), np.log(levels))
     )
-    return found
+    return values
 
 
 def profile_rms(
@@ -126,10 +126,10 @@ def surely_beyond(
     starts, stops = _bands(ratio.size)
     n_scales = max(ratio.size, 1).bit_length()
     chance = CHANCE / (ratio.size + starts.size if anywhere else 2 * n_scales - 1)
-    own = _critical(spectra.degrees_of_freedom, chance, above=above)
-    result = ratio > own if above else ratio < own
+    critical = _critical(spectra.degrees_of_freedom, chance, above=above)
+    result = ratio > critical if above else ratio < critical
     beyond = ratio > 1.0 if above else ratio < 1.0
-    clipped = np.minimum(ratio, own) if above else np.maximum(ratio, own)
+    clipped = np.minimum(ratio, critical) if above else np.maximum(ratio, critical)
     sums = np.concatenate([[0.0], np.cumsum(clipped)])
     means = (sums[stops] - sums[starts]) / (stops - starts)
     correlation = _line_correlation(spectra, ratio.size)

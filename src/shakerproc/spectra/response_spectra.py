@@ -163,9 +163,10 @@ def transitions(step: FloatArray, damping: float) -> FloatArray:
     system[:, 1, 2] = -step
     system[:, 2, 3] = 1.0  # the input rises by the last state within one step
     whole = scipy.linalg.expm(system)
-    found = whole[:, :2, :].copy()
-    found[:, :, 2] = whole[:, :2, 2] - whole[:, :2, 3]
-    return np.ascontiguousarray(found)
+    propagators = whole[:, :2, :].copy()
+    # a_k + s (a_(k+1) - a_k): the first sample counts as a level, less the rise from it
+    propagators[:, :, 2] = whole[:, :2, 2] - whole[:, :2, 3]
+    return np.ascontiguousarray(propagators)
 
 
 def _decay_extremes(state: FloatArray, damping: float) -> FloatArray:
@@ -190,7 +191,7 @@ def _decay_extremes(state: FloatArray, damping: float) -> FloatArray:
     y, v = state[..., 0], state[..., 1]
     acceleration = -y - 2.0 * damping * v  # absolute, and relative once the base is at rest
     jerk = -v - 2.0 * damping * acceleration
-    found = []
+    extremes = []
     for start, rate in ((y, v), (v, acceleration), (acceleration, jerk)):
         cosine, sine = start, (rate + damping * start) / nu
         slope = np.arctan2(nu * sine - damping * cosine, nu * cosine + damping * sine) / nu
@@ -199,8 +200,8 @@ def _decay_extremes(state: FloatArray, damping: float) -> FloatArray:
         for tau in (first, first + np.pi / nu):
             decay = np.exp(-damping * tau)
             values.append(decay * (cosine * np.cos(nu * tau) + sine * np.sin(nu * tau)))
-        found.append(np.stack([np.min(values, axis=0), np.max(values, axis=0)], axis=-1))
-    return np.stack(found, axis=-2)
+        extremes.append(np.stack([np.min(values, axis=0), np.max(values, axis=0)], axis=-1))
+    return np.stack(extremes, axis=-2)
 
 
 def _by_name(
@@ -214,7 +215,7 @@ def _by_name(
         "pseudo_velocity": (0, 1.0 / omega),
         "equivalent_static_acceleration": (0, np.ones(omega.shape)),
     }
-    found = {}
+    arrays = {}
     for name in QUANTITIES:
         row, scale = scales[name]
         sides = [
@@ -222,8 +223,8 @@ def _by_name(
             for part in (primary, residual)
             for sign, side in ((1.0, 1), (-1.0, 0))
         ]
-        found[name] = dict(zip(PARTS, [*sides, np.max(sides, axis=0)], strict=True))
-    return found
+        arrays[name] = dict(zip(PARTS, [*sides, np.max(sides, axis=0)], strict=True))
+    return arrays
 
 
 @final

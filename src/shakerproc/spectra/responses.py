@@ -200,8 +200,8 @@ def h1_of_inputs(
     .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 7.
     """
     s_xy, inverse, scale = scaled_inputs(spectra, inputs, responses)
-    found = np.einsum("fij,jrf->rif", inverse, s_xy)
-    return np.asarray(found / scale, dtype=np.complex128)
+    functions = np.einsum("fij,jrf->rif", inverse, s_xy)
+    return np.asarray(functions / scale, dtype=np.complex128)
 
 
 def psd_ratio(
@@ -353,13 +353,13 @@ def conditioned(spectra: CrossSpectra, given: Sequence[int]) -> CrossSpectra:
         )
     s_xy, inverse, _ = scaled_inputs(spectra, given, range(spectra.n_channels))
     gains, rows = np.einsum("fgh,hjf->gjf", inverse, s_xy), list(spectra.inputs)
-    left = spectra.matrix - np.einsum("gif,gjf->ijf", s_xy[:, rows].conj(), gains)
+    residual = spectra.matrix - np.einsum("gif,gjf->ijf", s_xy[:, rows].conj(), gains)
     density = spectra.density - np.einsum("gjf,gjf->jf", s_xy.conj(), gains).real
-    left[[rows.index(i) for i in given]] = 0.0
-    left[:, list(given)] = 0.0
+    residual[[rows.index(i) for i in given]] = 0.0
+    residual[:, list(given)] = 0.0
     density[list(given)] = 0.0
-    left[range(len(rows)), rows] = density[rows]
-    return replace(spectra, matrix=left, density=density, effective_averages=averages)
+    residual[range(len(rows)), rows] = density[rows]
+    return replace(spectra, matrix=residual, density=density, effective_averages=averages)
 
 
 def power_share(
@@ -449,6 +449,7 @@ def psd_bounds(spectra: CrossSpectra, confidence: float = 0.95) -> Bounds:
     ----------
     .. [1] J. S. Bendat and A. G. Piersol, "Random Data", 4th ed., Wiley, 2010, ch. 8.
     """
+    # at 0 and at half the sample rate a transform is real: half the degrees of freedom
     freedom = np.full(spectra.frequency.size, spectra.degrees_of_freedom)
     freedom[0] /= 2.0
     if spectra.n_fft % 2 == 0:

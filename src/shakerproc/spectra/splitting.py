@@ -150,6 +150,7 @@ def changes(level: FloatArray, step: float) -> list[int]:
 def _scatter(level: FloatArray) -> FloatArray:
     """Return the standard deviation of each channel beside changes, (n_channels,) [dB]."""
     difference = np.abs(np.diff(level, axis=1))
+    # 0.6745 is the median of |x| of a standard normal x; a few changes do not move a median
     usual = np.median(difference, axis=1) / (0.6745 * np.sqrt(2.0))
     return np.asarray(np.maximum(usual, 1e-3), dtype=np.float64)
 
@@ -175,15 +176,15 @@ def _partitioned(scaled: FloatArray) -> list[int]:
 
 def _merged(level: FloatArray, ends: list[int], step: float) -> list[int]:
     """Return the ends without those between parts that hardly differ, the closest first."""
-    found = list(ends)
-    while len(found) > 2:
-        mean = [level[:, a:b].mean(axis=1) for a, b in pairwise(found)]
-        apart = [np.abs(b - a).max() for a, b in pairwise(mean)]
-        least = int(np.argmin(apart))
-        if apart[least] >= step:
+    numbers = list(ends)
+    while len(numbers) > 2:
+        mean = [level[:, a:b].mean(axis=1) for a, b in pairwise(numbers)]
+        distances = [np.abs(b - a).max() for a, b in pairwise(mean)]
+        least = int(np.argmin(distances))
+        if distances[least] >= step:
             break
-        del found[least + 1]
-    return found
+        del numbers[least + 1]
+    return numbers
 
 
 def arrangements(values: FloatArray) -> int:
@@ -255,8 +256,8 @@ def background(cells: Cells) -> FloatArray:
     """
     size = min(round(BACKGROUND_TIME / cells.seconds) | 1, (2 * cells.count - 1) | 1)
     median = scipy.ndimage.median_filter(cells.mean_square, (1, size), mode="nearest")
-    beside = 2 * round(BACKGROUND_SIDES / cells.seconds) + 1
-    widened = scipy.ndimage.maximum_filter(median, (1, beside), mode="nearest")
+    width = 2 * round(BACKGROUND_SIDES / cells.seconds) + 1
+    widened = scipy.ndimage.maximum_filter(median, (1, width), mode="nearest")
     return np.sqrt(np.asarray(widened, dtype=np.float64))
 
 
@@ -285,11 +286,11 @@ def shocks_of(cells: Cells, rule: ShockRule) -> list[tuple[int, int]]:
 
 def _closed(mask: NDArray[np.bool_], gap: int) -> NDArray[np.bool_]:
     """Return a mask in which gaps of less than so many cells are filled."""
-    found = mask.copy()
+    closed = mask.copy()
     for first, stop in _runs(~mask):
         if stop - first < gap and first > 0 and stop < mask.size:
-            found[first:stop] = True
-    return found
+            closed[first:stop] = True
+    return closed
 
 
 def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
@@ -348,8 +349,8 @@ def split(cells: Cells, rule: ShockRule, *, shortest: float, step: float) -> lis
         RecordPart(_kind(cells, calm, first, stop, shortest), first, stop)
         for first, stop in pairwise(ends)
     ]
-    found = [*vibration, *(RecordPart("shock", first, stop) for first, stop in shocks)]
-    return sorted(found, key=lambda part: (part.first, -part.stop))
+    record_parts = [*vibration, *(RecordPart("shock", first, stop) for first, stop in shocks)]
+    return sorted(record_parts, key=lambda part: (part.first, -part.stop))
 
 
 def _kind(

@@ -325,14 +325,14 @@ def _all_peaks(
 ) -> tuple[ThesisPeak, ...]:
     """Return the peaks of every response, PSD first."""
     responses = [layout.names[i] for i in layout.responses]
-    found = []
+    peaks = []
     for i, name in enumerate(responses):
         with np.errstate(divide="ignore"):
             logarithm = np.log10(densities.columns[name])
-        found += _peaks("psd", name, densities.index, logarithm, used=i == 1)
+        peaks += _peaks("psd", name, densities.index, logarithm, used=i == 1)
     for i, name in enumerate(responses):
-        found += _peaks("frf", name, ratios.index, ratios.columns[name], used=i == 0)
-    return tuple(found)
+        peaks += _peaks("frf", name, ratios.index, ratios.columns[name], used=i == 0)
+    return tuple(peaks)
 
 
 def _peaks(

@@ -52,12 +52,12 @@ def run_study(
         If a job fails where it runs.
     """
     kind, jobs = KINDS[study.kind], jobs_of(study)
-    found = {
+    findings = {
         i: kept for i, job in enumerate(jobs) if (kept := _earlier_finding(study, job, folder))
     }
-    for i in found:
+    for i in findings:
         _tell(progress, jobs[i])
-    tasks = [Task(str(i), (study, job)) for i, job in enumerate(jobs) if i not in found]
+    tasks = [Task(str(i), (study, job)) for i, job in enumerate(jobs) if i not in findings]
     for outcome in (executor or ThreadExecutor(max(1, workers))).run(compute, tasks):
         job = jobs[int(outcome.name)]
         if outcome.cause:
@@ -65,20 +65,20 @@ def run_study(
         content = base64.b64decode(outcome.value["columns"])
         if folder is not None:
             files.write_bytes(folder / f"{_key(study, job)}.npz", content)
-        found[int(outcome.name)] = _finding(content)
+        findings[int(outcome.name)] = _finding(content)
         _tell(progress, job)
-    return kind.result(study, jobs, [found[i] for i in range(len(jobs))])
+    return kind.result(study, jobs, [findings[i] for i in range(len(jobs))])
 
 
 def compute(given: tuple[Study, StudyJob]) -> Mapping[str, str]:
     """Return the finding of a job, its columns bit by bit as text."""
     study, job = given
     buffer = io.BytesIO()
-    found = KINDS[study.kind].compute(study, job)
+    finding = KINDS[study.kind].compute(study, job)
     parts: dict[str, Any] = {
-        **{f"column {name}": values for name, values in found.columns.items()},
-        **{f"quantity {name}": value for name, value in found.quantities.items()},
-        **{f"resolution {name}": value for name, value in found.resolutions.items()},
+        **{f"column {name}": values for name, values in finding.columns.items()},
+        **{f"quantity {name}": value for name, value in finding.quantities.items()},
+        **{f"resolution {name}": value for name, value in finding.resolutions.items()},
     }
     np.savez(buffer, **parts)
     return {"columns": base64.b64encode(buffer.getvalue()).decode("ascii")}

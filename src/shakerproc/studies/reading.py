@@ -289,15 +289,15 @@ def _check_kind(document: Document[StudySection]) -> None:
         If they are not.
     """
     kind, formula = document.value.kind, document.value.formula
-    for key, found, known in (
+    for key, given, known in (
         ("kind", kind, tuple(KINDS)),
         ("formula", formula, tuple(FORMULAS)),
     ):
-        if found not in known and not (key == "formula" and kind != "formula"):
-            meant = near_miss(found, known)
+        if given not in known and not (key == "formula" and kind != "formula"):
+            meant = near_miss(given, known)
             hint = f'; did you mean "{meant}"?' if meant else ""
             raise document.error(
-                (key,), f"{key}: expected one of {', '.join(known)}, got {found!r}{hint}"
+                (key,), f"{key}: expected one of {', '.join(known)}, got {given!r}{hint}"
             )
 
 
@@ -391,12 +391,12 @@ def _warmth(document: Document[StudySection]) -> Warmth | None:
     path = document.path.parent / named
     if not path.is_file():
         raise document.error(("coupon",), f"coupon: expected a coupon file, got {named!r}")
-    found = read_coupon(path)
-    if found.fit is None:
+    coupon_file = read_coupon(path)
+    if coupon_file.fit is None:
         raise document.error(
             ("coupon",), f"coupon: {named} has no joint: the size and material of its insert"
         )
-    return Warmth(found.fit, found.reference)
+    return Warmth(coupon_file.fit, coupon_file.reference)
 
 
 def _variation(
@@ -456,7 +456,7 @@ def _options(document: Document[StudySection]) -> tuple[tuple[str, float], ...]:
         If the kind knows no such option, or the value does not suit it.
     """
     known = OPTIONS.get(document.value.kind, {})
-    found = []
+    options = []
     for name, written in document.value.options.items():
         if name not in known:
             raise document.error(
@@ -471,8 +471,8 @@ def _options(document: Document[StudySection]) -> tuple[tuple[str, float], ...]:
             raise document.error(("options", name), str(error)) from error
         if problem := known[name].problem(value):
             raise document.error(("options", name), f"{problem}, got {written}")
-        found.append((name, value))
-    return tuple(found)
+        options.append((name, value))
+    return tuple(options)
 
 
 def _check_needs(document: Document[StudySection], study: Study) -> None:

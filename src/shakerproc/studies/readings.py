@@ -50,8 +50,8 @@ class SimulatedMotion:
 
     def of(self, quantity: Quantity) -> FloatArray:
         """Return displacement, velocity or acceleration."""
-        found: FloatArray = getattr(self, quantity)
-        return found
+        values: FloatArray = getattr(self, quantity)
+        return values
 
 
 def signal_of(run: StudyRun) -> Callable[[FloatArray], FloatArray]:
@@ -107,7 +107,7 @@ def simulated(model: Model, run: StudyRun, *, growth: bool = True) -> SimulatedM
     if run.method != "exact":
         return _by_thesis_method(model, run)
     driving = excitation_of(run) if run.excitation == "random" else signal_of(run)
-    found = simulate(
+    response = simulate(
         model,
         driving,
         run.sample_rate,
@@ -115,7 +115,7 @@ def simulated(model: Model, run: StudyRun, *, growth: bool = True) -> SimulatedM
         start=_start(model, run),
         growth=growth,
     )
-    return _motion(found, run)
+    return _motion(response, run)
 
 
 def _start(model: Model, run: StudyRun) -> dict[str, tuple[float, float]]:
@@ -151,11 +151,11 @@ def _by_thesis_method(model: Model, run: StudyRun) -> SimulatedMotion:
     start = np.zeros((2, len(model.masses)))
     start[:, 0] = run.initial_displacement, run.initial_velocity
     if run.method == "Newmark":
-        found = newmark(model, samples, run.sample_rate, start=start)
+        response = newmark(model, samples, run.sample_rate, start=start)
     elif run.method == "exact":
         raise ValueError("the exact method is no method of the thesis")
     else:
-        found = general_solver(
+        response = general_solver(
             model,
             _at_a_time(run, time, samples),
             time,
@@ -168,9 +168,9 @@ def _by_thesis_method(model: Model, run: StudyRun) -> SimulatedMotion:
     return SimulatedMotion(
         sample_rate=run.sample_rate,
         time=time[skip:],
-        displacement=found.displacement[0, skip:],
-        velocity=found.velocity[0, skip:],
-        acceleration=(found.acceleration[0] + moving)[skip:],
+        displacement=response.displacement[0, skip:],
+        velocity=response.velocity[0, skip:],
+        acceleration=(response.acceleration[0] + moving)[skip:],
         growth=float("nan"),
         chaotic=False,
     )
@@ -237,7 +237,7 @@ def strobe(
     if run.excitation != "sine" or run.frequency <= 0.0:
         raise ValueError("looking once a period needs a sine with a frequency")
     per_period = phases * max(1, -(-16 // phases))
-    found = simulate(
+    response = simulate(
         model,
         signal_of(run),
         per_period * run.frequency,
@@ -246,21 +246,21 @@ def strobe(
     )
     first, step = settle * per_period, per_period // phases
     shape = (periods, phases)
-    x = found.displacement[0, first : first + periods * per_period : step].reshape(shape)
-    v = found.velocity[0, first : first + periods * per_period : step].reshape(shape)
-    return x.T, v.T, float("nan") if found.growth is None else found.growth
+    x = response.displacement[0, first : first + periods * per_period : step].reshape(shape)
+    v = response.velocity[0, first : first + periods * per_period : step].reshape(shape)
+    return x.T, v.T, float("nan") if response.growth is None else response.growth
 
 
-def _motion(found: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
-    skip = int(run.settle * found.excitation.size)
+def _motion(response: SimulatedResponse, run: StudyRun) -> SimulatedMotion:
+    skip = int(run.settle * response.excitation.size)
     return SimulatedMotion(
-        sample_rate=found.sample_rate,
-        time=found.time[skip:],
-        displacement=found.displacement[0, skip:],
-        velocity=found.velocity[0, skip:],
-        acceleration=found.acceleration[0, skip:],
-        growth=float("nan") if found.growth is None else found.growth,
-        chaotic=found.chaotic,
+        sample_rate=response.sample_rate,
+        time=response.time[skip:],
+        displacement=response.displacement[0, skip:],
+        velocity=response.velocity[0, skip:],
+        acceleration=response.acceleration[0, skip:],
+        growth=float("nan") if response.growth is None else response.growth,
+        chaotic=response.chaotic,
     )
 
 
@@ -317,19 +317,19 @@ def spectrum(samples: FloatArray, sample_rate: float, measure: Measure) -> Spect
         raise ValueError(
             f"a run of {samples.size} samples holds no segment of {measure.segment}"
         )
-    found = cross_spectra(samples[None], sample_rate, segment=measure.segment)
-    return Spectrum(found.frequency, psd(found)[0], found.bin_width)
+    cross = cross_spectra(samples[None], sample_rate, segment=measure.segment)
+    return Spectrum(cross.frequency, psd(cross)[0], cross.bin_width)
 
 
-def peak_frequency(found: Spectrum, measure: Measure) -> float:
+def peak_frequency(lines: Spectrum, measure: Measure) -> float:
     """Return the frequency of the tallest, or first, peak [Hz]; NaN where there is none.
 
     The first peak is the lowest local maximum of at least a thousandth of the tallest.
     """
     high = measure.to_hz or np.inf
-    inside = (found.frequency >= measure.from_hz) & (found.frequency <= high)
-    inside &= found.frequency > 0.0
-    frequency, density = found.frequency[inside], found.density[inside]
+    inside = (lines.frequency >= measure.from_hz) & (lines.frequency <= high)
+    inside &= lines.frequency > 0.0
+    frequency, density = lines.frequency[inside], lines.density[inside]
     tops = local_maxima(density)
     if tops.size == 0:
         return float("nan")
@@ -373,16 +373,16 @@ def read_run(
         The motion of the run itself, the values, their standard errors doubled.
     """
     motion = simulated(model, run)
-    told = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
+    quantities = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
     if not motion.chaotic or several < 2:
-        return motion, {**read(motion), **told}, {}
+        return motion, {**read(motion), **quantities}, {}
     rows = [read(one) for one in ensemble(model, run, several)]
     values = {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
     errors = {
         name: 2.0 * float(np.std([row[name] for row in rows]) / np.sqrt(several))
         for name in rows[0]
     }
-    return motion, {**values, **told}, errors
+    return motion, {**values, **quantities}, errors
 
 
 def half_cycles(time: FloatArray, displacement: FloatArray) -> FloatArray:
@@ -402,8 +402,8 @@ def _crossings(time: FloatArray, displacement: FloatArray) -> FloatArray:
     """Return when a motion passes 0, between its samples on straight lines, (n,) array [s]."""
     at = np.flatnonzero(displacement[:-1] * displacement[1:] < 0.0)
     before, after = displacement[at], displacement[at + 1]
-    found: FloatArray = time[at] + (time[at + 1] - time[at]) * before / (before - after)
-    return found
+    values: FloatArray = time[at] + (time[at + 1] - time[at]) * before / (before - after)
+    return values
 
 
 def half_cycle_scatter(motion: SimulatedMotion) -> float:
@@ -438,33 +438,33 @@ def distortion(motion: SimulatedMotion) -> float:
     phase = 2.0 * np.pi * (motion.time[inside] - ends[0]) / (ends[2] - ends[0])
     shapes = np.column_stack([np.ones(cycle.size), np.cos(phase), np.sin(phase)])
     fitted, *_ = np.linalg.lstsq(shapes, cycle, rcond=None)
-    left = cycle - shapes @ fitted
-    return float(np.sqrt(np.mean(left**2) / np.mean((cycle - fitted[0]) ** 2)))
+    residual = cycle - shapes @ fitted
+    return float(np.sqrt(np.mean(residual**2) / np.mean((cycle - fitted[0]) ** 2)))
 
 
-def share_at(found: Spectrum, frequency: float) -> float:
+def share_at(lines: Spectrum, frequency: float) -> float:
     """Return the share of the energy nearer to a frequency than to its other multiples [-].
 
     Parameters
     ----------
-    found : Spectrum
+    lines : Spectrum
         Density of the motion.
     frequency : float
         Frequency of the forcing [Hz]; NaN comes back where there is none.
     """
-    total = float(np.sum(found.density))
+    total = float(np.sum(lines.density))
     if not (frequency > 0.0 < total):
         return float("nan")
-    near = np.round(found.frequency / frequency) == 1.0
-    return float(np.sum(found.density[near])) / total
+    near = np.round(lines.frequency / frequency) == 1.0
+    return float(np.sum(lines.density[near])) / total
 
 
-def half_energy_bins(found: Spectrum) -> float:
+def half_energy_bins(lines: Spectrum) -> float:
     """Return how many bins, the tallest first, hold half of the energy [-]."""
-    total = float(np.sum(found.density))
+    total = float(np.sum(lines.density))
     if not total > 0.0:
         return float("nan")
-    tallest_first = np.cumsum(np.sort(found.density)[::-1])
+    tallest_first = np.cumsum(np.sort(lines.density)[::-1])
     return float(np.searchsorted(tallest_first, 0.5 * total) + 1)
 
 
@@ -477,11 +477,11 @@ def period_of(displacement: FloatArray, velocity: FloatArray) -> float:
         Motion once a period of the excitation [m], [m/s].
     """
     for period in range(1, displacement.size // 2 + 1):
-        apart = (
+        repeats = (
             np.max(np.abs(one[period:] - one[:-period])) <= SETTLED * np.max(np.abs(one))
             for one in (displacement, velocity)
         )
-        if all(apart):
+        if all(repeats):
             return float(period)
     return float("inf")
 

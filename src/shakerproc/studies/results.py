@@ -138,23 +138,23 @@ def equals(
     relative : bool
         Whether the tolerance is a share of the bound.
     """
-    found = np.atleast_1d(np.asarray(values, np.float64))
+    quantities = np.atleast_1d(np.asarray(values, np.float64))
     far = within * abs(bound) if relative else within
     text = f"{100.0 * within:.3g} %" if relative else f"{within:.3g}"
-    near = np.abs(found - bound) <= far
-    return _bounded(quantity, found, near, f"{bound:.6g} within {text}")
+    near = np.abs(quantities - bound) <= far
+    return _bounded(quantity, quantities, near, f"{bound:.6g} within {text}")
 
 
 def above(quantity: str, values: Sequence[float] | FloatArray | float, bound: float) -> Checked:
     """Return whether values lie above a bound. Both are in the same unit."""
-    found = np.atleast_1d(np.asarray(values, np.float64))
-    return _bounded(quantity, found, found > bound, f"above {bound:.6g}")
+    quantities = np.atleast_1d(np.asarray(values, np.float64))
+    return _bounded(quantity, quantities, quantities > bound, f"above {bound:.6g}")
 
 
 def below(quantity: str, values: Sequence[float] | FloatArray | float, bound: float) -> Checked:
     """Return whether values lie below a bound. Both are in the same unit."""
-    found = np.atleast_1d(np.asarray(values, np.float64))
-    return _bounded(quantity, found, found < bound, f"below {bound:.6g}")
+    quantities = np.atleast_1d(np.asarray(values, np.float64))
+    return _bounded(quantity, quantities, quantities < bound, f"below {bound:.6g}")
 
 
 def trends(
@@ -177,16 +177,16 @@ def trends(
     along : str
         Name of the parameter.
     """
-    found = [trend_of(x, y, slack) for x, y, slack in groups]
+    directions = [trend_of(x, y, slack) for x, y, slack in groups]
     changed = {"falls", "rises", "neither"}
-    passed = sum(one in changed if wanted == "changes" else one == wanted for one in found)
+    passed = sum(one in changed if wanted == "changes" else one == wanted for one in directions)
     slack = max((float(np.max(one[2])) for one in groups), default=0.0)
     ordered = [y[np.argsort(x, kind="stable")] for x, y, _ in groups]
-    if all(one in {"falls", "rises"} for one in found):
+    if all(one in {"falls", "rises"} for one in directions):
         numbers = "; ".join(f"{y[0]:.4g} to {y[-1]:.4g}" for y in ordered)
     else:
         numbers = "; ".join(shown(y.tolist()) for y in ordered)
-    words = " or ".join(_WORDS[one] for one in sorted(set(found)))
+    words = " or ".join(_WORDS[one] for one in sorted(set(directions)))
     return Checked(
         quantity,
         tuple(float(value) for y in ordered for value in y),
@@ -233,10 +233,12 @@ def shown(values: Sequence[float]) -> str:
     return f"{min(known):.4g} to {max(known):.4g}"
 
 
-def _bounded(quantity: str, found: FloatArray, true: NDArray[np.bool_], wanted: str) -> Checked:
-    values = tuple(float(value) for value in found)
+def _bounded(
+    quantity: str, quantities: FloatArray, true: NDArray[np.bool_], wanted: str
+) -> Checked:
+    values = tuple(float(value) for value in quantities)
     passed = int(np.count_nonzero(true))
-    return Checked(quantity, values, shown(values), wanted, passed, found.size)
+    return Checked(quantity, values, shown(values), wanted, passed, quantities.size)
 
 
 Columns: TypeAlias = Mapping[str, NDArray[np.generic]]

@@ -440,11 +440,11 @@ def _index(model: Model, name: str) -> int:
     """
     if name.isdigit() and int(name) < len(model.elements):
         return int(name)
-    found = [i for i, element in enumerate(model.elements) if element.effect.kind == name]
-    if len(found) == 1:
-        return found[0]
+    places = [i for i, element in enumerate(model.elements) if element.effect.kind == name]
+    if len(places) == 1:
+        return places[0]
     kinds = ", ".join(f"{i} ({e.effect.kind})" for i, e in enumerate(model.elements))
-    several = "several elements" if found else "no element"
+    several = "several elements" if places else "no element"
     raise ValueError(f"{several} {name!r}; the model has {kinds}")
 
 

@@ -181,11 +181,11 @@ def relative_path(text: str) -> str:
     if len(text) < 200 and all(map(_is_ordinary, text.split("/"))):
         return text
     plain = text.replace("\\", "/")
-    for found, is_wrong in _WRONG.items():
+    for pattern, is_wrong in _WRONG.items():
         if is_wrong(plain):
             raise ValueError(
                 f"expected a path below the folder, such as Test_1/Acceleration.tdms, "
-                f"got {quoted(text)} with {found}"
+                f"got {quoted(text)} with {pattern}"
             )
     return plain
 
@@ -230,10 +230,10 @@ class Below:
 def _is_link(path: str) -> bool:
     """Return whether a path is a link of any kind, a junction of Windows among them."""
     try:
-        found = os.lstat(path)
+        status = os.lstat(path)
     except (OSError, ValueError):
         return False
-    return stat.S_ISLNK(found.st_mode) or getattr(found, "st_reparse_tag", 0) != 0
+    return stat.S_ISLNK(status.st_mode) or getattr(status, "st_reparse_tag", 0) != 0
 
 
 def is_inside(path: Path, folder: Path) -> bool:

@@ -122,14 +122,17 @@ def chosen_units(words: Sequence[str]) -> ChosenUnits:
         If a word is no unit of acceleration, velocity, displacement, force, pressure, voltage
         or strain.
     """
-    found: dict[str, tuple[str, float]] = {}
+    units_by_kind: dict[str, tuple[str, float]] = {}
     for word in words:
         if word.strip().casefold() == "si":
-            found |= {unit: (_printed(unit), 1.0) for unit in SI} | {"1": ("m/m", 1.0)}
+            units_by_kind |= {unit: (_printed(unit), 1.0) for unit in SI} | {"1": ("m/m", 1.0)}
             continue
         kind = _kind(units.spelled(word.strip()))
-        found[kind] = (_printed(word.strip()), units.to_si(f"1 {units.spelled(word)}", kind))
-    return found
+        units_by_kind[kind] = (
+            _printed(word.strip()),
+            units.to_si(f"1 {units.spelled(word)}", kind),
+        )
+    return units_by_kind
 
 
 def _kind(unit: str) -> str:
@@ -280,21 +283,21 @@ def limits_of(
     MisfitError
         If a limit has no unit, or its channel is none of the log's.
     """
-    found: list[Limit] = []
+    limits: list[Limit] = []
     for key, written in section.items():
         if key == "shaker":
-            found += _of_shaker(written)
+            limits += _of_shaker(written)
             continue
         whose, name, units = _named(key)
         if whose == "response":
             _check_channel(key, channels)
         if isinstance(written, list | tuple):
-            found += [
+            limits += [
                 _limit(whose, name, one, units, (key, i)) for i, one in enumerate(written)
             ]
         else:
-            found.append(_limit(whose, name, written, units, (key,)))
-    return tuple(found)
+            limits.append(_limit(whose, name, written, units, (key,)))
+    return tuple(limits)
 
 
 def _named(key: str) -> tuple[Whose, str, tuple[str, ...]]:

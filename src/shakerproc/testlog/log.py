@@ -160,13 +160,13 @@ class TestLog:
         LogError
             If there is none.
         """
-        found = tuple(test for test in self.active if test.recording is not None)
-        if not found:
+        tests = tuple(test for test in self.active if test.recording is not None)
+        if not tests:
             raise LogError(
                 f"{self.path.name}: no test has a recording that may be used. Give a test its "
                 "recording, or take back discarded."
             )
-        return found
+        return tests
 
     def find(self, identity: str | int) -> Test:
         """Return the test of this id; ``1`` and ``"1"`` are the same.

@@ -175,14 +175,14 @@ def _functions(base: Processing, section: ProcessingSection) -> tuple[ResponseFu
     """
     if section.response_functions is None:
         return base.response_functions
-    found = [ResponseFunction(one.input, one.output) for one in section.response_functions]
-    for i, one in enumerate(found):
+    functions = [ResponseFunction(one.input, one.output) for one in section.response_functions]
+    for i, one in enumerate(functions):
         if one.input == one.output:
-            told = f"expected another channel than the input, got {quoted(one.output)}"
-            raise MisfitError(told, "response_functions", i, "output")
-        if one in found[:i]:
+            text = f"expected another channel than the input, got {quoted(one.output)}"
+            raise MisfitError(text, "response_functions", i, "output")
+        if one in functions[:i]:
             raise MisfitError("expected each function once", "response_functions", i)
-    return tuple(found)
+    return tuple(functions)
 
 
 def _settings_of(base: T | None, section: BaseModel | None, usual: T, key: str) -> T | None:
@@ -195,11 +195,11 @@ def _settings_of(base: T | None, section: BaseModel | None, usual: T, key: str) 
     """
     if section is None:
         return base
-    found = _overridden(base or usual, section)
-    low, high = (getattr(found, name, None) for name in ("low", "high"))
+    settings = _overridden(base or usual, section)
+    low, high = (getattr(settings, name, None) for name in ("low", "high"))
     if low is not None and high is not None and low >= high:
         raise MisfitError("expected from below to", key, "to")
-    return found
+    return settings
 
 
 def modal_of(section: ModalSection) -> Modal:

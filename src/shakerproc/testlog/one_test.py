@@ -291,8 +291,8 @@ class Test:
             If it is not, or a link to outside the log's folder.
         """
         if not path.is_file():
-            beside = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
-            near = near_miss(path.name, [one.name for one in beside if one.is_file()])
+            neighbours = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
+            near = near_miss(path.name, [one.name for one in neighbours if one.is_file()])
             raise LogError(
                 f"{self.source}: test {self.id}: no recording {path}"
                 f"{f', did you mean {quoted(near)}?' if near else ''}; put the file there, "
@@ -314,10 +314,10 @@ def check_expectation(test: Test, recording: Recording) -> None:
     LogError
         If it is not; with everything that differs.
     """
-    found = list(_departures(test, recording))
-    if found:
+    departures = list(_departures(test, recording))
+    if departures:
         raise LogError(
-            f"{test.source}: test {test.id}: {'; '.join(found)}; correct the log, or look "
+            f"{test.source}: test {test.id}: {'; '.join(departures)}; correct the log, or look "
             "whether this is the recording of that test"
         )
 
@@ -349,17 +349,19 @@ def _departures(test: Test, recording: Recording) -> Iterator[str]:
         yield from _other_hash(expect.sha256, recording.file.first_sha256())
 
 
-def _difference(unit: str, wanted: float, found: float, tolerance: float) -> Iterator[str]:
-    if abs(found - wanted) > tolerance * wanted:
-        yield f"the log expects {wanted:.7g} {unit}, the recording has {found:.7g} {unit}"
+def _difference(unit: str, wanted: float, value: float, tolerance: float) -> Iterator[str]:
+    if abs(value - wanted) > tolerance * wanted:
+        yield f"the log expects {wanted:.7g} {unit}, the recording has {value:.7g} {unit}"
 
 
 def _other_count(wanted: int, recording: Recording) -> Iterator[str]:
     used = len(recording.channels)
-    found = used if recording.in_file is None else recording.in_file
-    if found != wanted:
-        counted = f"all of them counted; {used} are used" if used != found else "all are used"
-        yield f"the log expects {wanted} channels, the recording has {found} ({counted})"
+    n_channels = used if recording.in_file is None else recording.in_file
+    if n_channels != wanted:
+        counted = (
+            f"all of them counted; {used} are used" if used != n_channels else "all are used"
+        )
+        yield f"the log expects {wanted} channels, the recording has {n_channels} ({counted})"
 
 
 def _other_units(wanted: str, recording: Recording) -> Iterator[str]:
@@ -371,6 +373,6 @@ def _other_units(wanted: str, recording: Recording) -> Iterator[str]:
             )
 
 
-def _other_hash(wanted: str, found: str) -> Iterator[str]:
-    if found != wanted:
-        yield f"the log expects SHA-256 {wanted[:12]}..., the file has {found[:12]}..."
+def _other_hash(wanted: str, digest: str) -> Iterator[str]:
+    if digest != wanted:
+        yield f"the log expects SHA-256 {wanted[:12]}..., the file has {digest[:12]}..."

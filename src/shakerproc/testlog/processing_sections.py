@@ -78,7 +78,7 @@ def tones_of(
     MisfitError
         If a tone is swept, stands twice, lies outside the band, or is of another signal.
     """
-    found: list[DemandedTone] = []
+    demanded_tones: list[DemandedTone] = []
     for i, one in enumerate(sections):
         for key, said in (("from", one.start), ("to", one.stop)):
             if said is not None:
@@ -98,7 +98,7 @@ def tones_of(
                 f"{one.frequency:g} Hz",
                 "tones", i, "frequency",
             )  # fmt: skip
-        if any(one.frequency == other.frequency for other in found):
+        if any(one.frequency == other.frequency for other in demanded_tones):
             raise MisfitError("expected each tone once", "tones", i, "frequency")
         if one.level is not None and unit is not None:
             signal, wanted = LEVELS[one.level[1]][1], LEVELS[unit][1]
@@ -108,8 +108,10 @@ def tones_of(
                     f"got one in {signal}",
                     "tones", i, "level",
                 )  # fmt: skip
-        found.append(DemandedTone(one.frequency, None if one.level is None else one.level[0]))
-    return tuple(found)
+        demanded_tones.append(
+            DemandedTone(one.frequency, None if one.level is None else one.level[0])
+        )
+    return tuple(demanded_tones)
 
 
 def amount_of(written: object, wanted: str) -> Amount:

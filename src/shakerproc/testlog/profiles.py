@@ -108,18 +108,18 @@ def _columns(place: str, header: Sequence[str]) -> dict[str, tuple[int, str]]:
     LogError
         If a column has no unit, is not known, stands twice or is missing.
     """
-    found: dict[str, tuple[int, str]] = {}
+    columns: dict[str, tuple[int, str]] = {}
     for i, cell in enumerate(header):
         match = _HEADER.match(cell)
         name = match["name"].strip().lower() if match else ""
         if match is None or name not in {"frequency", "demand", "alarm", "abort"}:
             raise LogError(f"{place}: expected a header {_WANTED}, got {quoted(cell)}")
-        if name in found:
+        if name in columns:
             raise LogError(f"{place}: expected one column {name}, got two")
-        found[name] = (i, match["unit"].strip())
-    if not {"frequency", "demand"} <= found.keys():
+        columns[name] = (i, match["unit"].strip())
+    if not {"frequency", "demand"} <= columns.keys():
         raise LogError(f"{place}: expected a header {_WANTED}, got {', '.join(header)}")
-    return found
+    return columns
 
 
 def _cell(text: str, unit: str) -> str:
@@ -254,11 +254,11 @@ def _notches(section: ProfileSection, frequency: Sequence[float]) -> tuple[Profi
 
 def _stepwise_tolerances(values: Sequence[float | None], first: float) -> tuple[float, ...]:
     """Return tolerances that hold from their breakpoint up to the next one that has its own."""
-    held, found = first, []
+    held, tolerances = first, []
     for value in values:
         held = held if value is None else value
-        found.append(held)
-    return tuple(found)
+        tolerances.append(held)
+    return tuple(tolerances)
 
 
 def _levels(rows: Sequence[_ProfileRow], unit: LevelUnit, place: Raise) -> tuple[float, ...]:
@@ -371,9 +371,9 @@ def fitting_profile(
     if section.profile not in profiles:
         meant = near_miss(section.profile, list(profiles))
         known = ", ".join(profiles) or "none"
-        told = f'; did you mean "{meant}"?' if meant else f"; the log has {known}"
+        text = f'; did you mean "{meant}"?' if meant else f"; the log has {known}"
         raise MisfitError(
-            f"no profile {quoted(section.profile)} under profiles{told}", "profile"
+            f"no profile {quoted(section.profile)} under profiles{text}", "profile"
         )
     profile = profiles[section.profile]
     density = profile.unit.endswith("/Hz")

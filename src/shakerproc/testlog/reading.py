@@ -146,20 +146,20 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> tuple[tuple[int, .
     LogError
         If a column is missing, or the coordinates have no unit or several.
     """
-    found: dict[str, tuple[int, str]] = {}
+    columns: dict[str, tuple[int, str]] = {}
     for at, cell in enumerate(header):
         if match := _HEADER.fullmatch(cell):
-            found.setdefault(match["name"].lower(), (at, (match["unit"] or "").strip()))
+            columns.setdefault(match["name"].lower(), (at, (match["unit"] or "").strip()))
     got = ", ".join(header)
-    if found.keys() != {"node", "x", "y", "z"}:
+    if columns.keys() != {"node", "x", "y", "z"}:
         raise LogError(f"{path}:{line}: expected a header {_WANTED}, got {quoted(got)}")
-    units = dict.fromkeys(found[name][1] for name in "xyz")
+    units = dict.fromkeys(columns[name][1] for name in "xyz")
     if len(units) > 1 or "" in units:
-        told = " and ".join(unit or "none" for unit in units)
+        text = " and ".join(unit or "none" for unit in units)
         raise LogError(
-            f"{path}:{line}: expected one unit for x, y and z, as in {_WANTED}, got {told}"
+            f"{path}:{line}: expected one unit for x, y and z, as in {_WANTED}, got {text}"
         )
-    return tuple(found[name][0] for name in ("node", "x", "y", "z")), next(iter(units))
+    return tuple(columns[name][0] for name in ("node", "x", "y", "z")), next(iter(units))
 
 
 def seated(
@@ -239,9 +239,9 @@ def _require_recordings(log: TestLog) -> None:
     ]
     if missing:
         first = log.tests[missing[0]]
-        found = f"no recording {first.recording}" if first.recording else "no recording"
+        problem = f"no recording {first.recording}" if first.recording else "no recording"
         more = f" ({len(missing) - 1} more are missing)" if len(missing) > 1 else ""
-        raise log.document.error(("tests", missing[0], "recording"), found + more)
+        raise log.document.error(("tests", missing[0], "recording"), problem + more)
 
 
 CONDITION: Final = "condition"

@@ -113,14 +113,14 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
     MisfitError
         If photo, template, a unit or the days of an instrument cannot be used.
     """
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     for key, name, check in (
         ("photo", section.photo, checked_photo),
         ("template", section.template, checked_template),
     ):
         if name is not None:
             try:
-                found[key] = check(below(name))
+                paths[key] = check(below(name))
             except ValueError as error:
                 raise MisfitError(str(error), key) from error
     try:
@@ -142,8 +142,8 @@ def header_of(section: HeaderSection, below: Callable[[str], Path]) -> Header:
         specimen=section.specimen or "",
         operator=section.operator or "",
         standard=section.standard or "",
-        photo=found.get("photo"),
-        template=found.get("template"),
+        photo=paths.get("photo"),
+        template=paths.get("template"),
         instruments=tuple(
             Instrument(
                 one.instrument, one.serial or "", one.calibrated or "", one.valid_until or ""

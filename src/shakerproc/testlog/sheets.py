@@ -142,13 +142,13 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
     if not filled:
         raise LogError(f"{path}: expected a header such as {_WANTED}, got an empty sheet")
     columns = _columns(path, *filled[0])
-    found: dict[str, Calibration] = {}
+    calibrations: dict[str, Calibration] = {}
     for line, cells in filled[1:]:
         one = _calibration(f"{path}:{line}", columns, cells)
-        if one.serial in found:
+        if one.serial in calibrations:
             raise LogError(f"{path}:{line}: sensor {quoted(one.serial)} stands twice")
-        found[one.serial] = one
-    return found
+        calibrations[one.serial] = one
+    return calibrations
 
 
 def _xlsx_rows(path: Path) -> list[tuple[int, list[str]]]:
@@ -205,17 +205,17 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> dict[str, tuple[in
     LogError
         If one that is needed is missing.
     """
-    found: dict[str, tuple[int, str]] = {}
+    columns: dict[str, tuple[int, str]] = {}
     for i, cell in enumerate(header):
         name, _, unit = cell.replace("(", "[").partition("[")
         for key, pattern in _COLUMNS.items():
             is_share = key != "uncertainty" or "%" in unit
             if is_share and pattern.fullmatch(name.strip()):
-                found.setdefault(key, (i, unit.strip(" ])")))
-    if not {"serial", "sensitivity"} <= found.keys():
+                columns.setdefault(key, (i, unit.strip(" ])")))
+    if not {"serial", "sensitivity"} <= columns.keys():
         got = ", ".join(cell for cell in header if cell)
         raise LogError(f"{path}:{line}: expected a header such as {_WANTED}, got {got}")
-    return found
+    return columns
 
 
 def _calibration(
@@ -304,8 +304,8 @@ def calibrated(
 
 
 def _with_sheet(use: ChannelUse, sheet: Mapping[str, Calibration]) -> ChannelUse:
-    found = sheet.get(use.sensor or "")
-    if found is None:
+    calibration = sheet.get(use.sensor or "")
+    if calibration is None:
         meant = near_miss(use.sensor or "", list(sheet))
         question = f'; did you mean "{meant}"?' if meant else ""
         raise MisfitError(
@@ -314,11 +314,12 @@ def _with_sheet(use: ChannelUse, sheet: Mapping[str, Calibration]) -> ChannelUse
             "sensor",
         )
     wanted = () if use.role == "ignore" else ROLE_UNITS[use.role]
-    if wanted and not any(fits_sensitivity(found.sensitivity, unit) for unit in wanted):
+    if wanted and not any(fits_sensitivity(calibration.sensitivity, unit) for unit in wanted):
         raise MisfitError(
-            f"sensor {quoted(found.serial)} has {found.sensitivity} in the calibration sheet, "
-            f"but role {use.role} is in {' or '.join(wanted)}; correct sensor, role or sheet",
+            f"sensor {quoted(calibration.serial)} has {calibration.sensitivity} in the "
+            f"calibration sheet, but role {use.role} is in {' or '.join(wanted)}; correct "
+            "sensor, role or sheet",
             use.key,
             "sensor",
         )
-    return replace(use, calibration=found)
+    return replace(use, calibration=calibration)

@@ -56,8 +56,8 @@ class ThesisClaim:
 
     def outcome(self) -> ClaimOutcome:
         """Return our number and whether the statement held."""
-        found = self.find()
-        return ClaimOutcome(self.where, self.says, found.number, found.checks, found.held)
+        finding = self.find()
+        return ClaimOutcome(self.where, self.says, finding.number, finding.checks, finding.held)
 
 
 _CLAIMS: Final[tuple[ThesisClaim, ...]] = tuple(

@@ -125,10 +125,10 @@ def peaks(
         What each peak, and its resolution, is divided by; by default 1 [Hz].
     """
     groups = []
-    for x, found in rows:
-        by = np.array(scales or [1.0] * len(found))
-        values = np.array([one.value for one in found]) / by
-        finest = np.array([one.resolution for one in found]) / by
+    for x, run_peak in rows:
+        by = np.array(scales or [1.0] * len(run_peak))
+        values = np.array([one.value for one in run_peak]) / by
+        finest = np.array([one.resolution for one in run_peak]) / by
         groups.append((np.array(x, np.float64), values, finest))
     return trends(quantity, groups, wanted, along)
 
@@ -138,6 +138,6 @@ def series(values: Sequence[float], digits: int = 3) -> str:
     return ", ".join(f"{value:.{digits}f}" for value in values)
 
 
-def values_of(found: Sequence[PeakOfRun]) -> list[float]:
+def values_of(run_peaks: Sequence[PeakOfRun]) -> list[float]:
     """Return omega_e of several runs [Hz]."""
-    return [one.value for one in found]
+    return [one.value for one in run_peaks]

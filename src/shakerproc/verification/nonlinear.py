@@ -46,22 +46,22 @@ WALLS: Final = (0.1, 0.25, 0.5, 1.0)
 
 
 def _gap_lowers() -> ClaimFinding:
-    found = [gap_peak(a) for a in CLEARANCES]
+    run_peaks = [gap_peak(a) for a in CLEARANCES]
     return ClaimFinding(
         f"F = k (|x| - a): a = 0, 0.5, 1, 2, 5, 10, 20, 50 mm give "
-        f"{series(values_of(found))} Hz, F/(k a) from 10 down to 0.1",
-        (peaks("omega_e [Hz]", "a", "falls", (CLEARANCES, found)),),
+        f"{series(values_of(run_peaks))} Hz, F/(k a) from 10 down to 0.1",
+        (peaks("omega_e [Hz]", "a", "falls", (CLEARANCES, run_peaks)),),
     )
 
 
 def _printed_law_lowers() -> ClaimFinding:
-    found = [peak(jump_gap(a) if a else gap(0.0), SWEEP) for a in PRINTED]
-    values = values_of(found)
+    run_peaks = [peak(jump_gap(a) if a else gap(0.0), SWEEP) for a in PRINTED]
+    values = values_of(run_peaks)
     return ClaimFinding(
         f"eq. 3.14 as printed, k(x) x, jumps by k a at the wall. a = 0, 0.5, 2, 5, 10, 20 mm "
         f"give {series(values, 2)} Hz, up to 5 mm at most "
         f"{100.0 * (1.0 - min(values[:4]) / values[0]):.1f} % lower",
-        (peaks("omega_e [Hz]", "a", "falls", (PRINTED, found)),),
+        (peaks("omega_e [Hz]", "a", "falls", (PRINTED, run_peaks)),),
     )
 
 
@@ -113,13 +113,13 @@ def _stiffness_raises() -> ClaimFinding:
 def _stiffness_lowers_relative() -> ClaimFinding:
     rows = {a: [gap_peak(a, stiffness=k) for k in STIFFNESSES] for a in (0.5e-3, 5e-3)}
     natural = [float(np.sqrt(k) / (2.0 * np.pi)) for k in STIFFNESSES]
-    told = {
+    ratios = {
         a: [one.value / by for one, by in zip(row, natural, strict=True)]
         for a, row in rows.items()
     }
     return ClaimFinding(
         "k = 250 ... 10000 N/m: "
-        + ", ".join(f"{series(row)} of omega_n at {1e3 * a:g} mm" for a, row in told.items()),
+        + ", ".join(f"{series(row)} of omega_n at {1e3 * a:g} mm" for a, row in ratios.items()),
         (
             peaks(
                 "omega_e / omega_n [-]",
@@ -168,16 +168,16 @@ def _welch_resolution() -> ClaimFinding:
 
 
 def _frequency_domain() -> ClaimFinding:
-    found = frequency_response(gap(5e-3), 5.0, from_hz=2.5, to_hz=6.0)
-    branch = found.branches[0]
+    response = frequency_response(gap(5e-3), 5.0, from_hz=2.5, to_hz=6.0)
+    branch = response.branches[0]
     folds = series([branch.frequency[i] for i in branch.folds])
     unstable = int(np.sum(~branch.stable))
-    apart = difference_from_simulation(found)
+    difference = difference_from_simulation(response)
     return ClaimFinding(
         f"harmonic balance gives the whole curve with {branch.frequency.size} points, folds at "
         f"{folds} Hz and {unstable} unstable points between them; contact is lost at "
         f"{branch.frequency[-1]:.3f} Hz",
-        (below("difference from the exact stepper over a period [-]", apart, 1e-3),),
+        (below("difference from the exact stepper over a period [-]", difference, 1e-3),),
     )
 
 
@@ -211,20 +211,20 @@ def _sine(level: float, ratio: float, phase: float = 0.0) -> StudyRun:
 
 
 def _exponent_raises(velocity: float) -> ClaimFinding:
-    found = [peak(power_law(n), _free(velocity)) for n in EXPONENTS]
+    run_peaks = [peak(power_law(n), _free(velocity)) for n in EXPONENTS]
     return ClaimFinding(
-        f"n = 1, 3, 5 ... 21: {series(values_of(found), 2)} Hz",
-        (peaks("omega_e [Hz]", "n", "rises", (EXPONENTS, found)),),
+        f"n = 1, 3, 5 ... 21: {series(values_of(run_peaks), 2)} Hz",
+        (peaks("omega_e [Hz]", "n", "rises", (EXPONENTS, run_peaks)),),
     )
 
 
 def _splits_into_peaks() -> ClaimFinding:
     motion = simulated(power_law(3.0), _free(0.0), growth=False)
-    found = spectrum(motion.acceleration, motion.sample_rate, Measure())
+    lines = spectrum(motion.acceleration, motion.sample_rate, Measure())
     exact = float(closed_forms.power_law_frequency(np.array(1e-3), 1.0, 10.0, 1e-3, 3.0))
-    third = (found.frequency > 2.5 * exact) & (found.frequency < 3.2 * exact)
-    first = (found.frequency > 0.5 * exact) & (found.frequency < 1.1 * exact)
-    share = float(np.sqrt(found.density[third].sum() / found.density[first].sum()))
+    third = (lines.frequency > 2.5 * exact) & (lines.frequency < 3.2 * exact)
+    first = (lines.frequency > 0.5 * exact) & (lines.frequency < 1.1 * exact)
+    share = float(np.sqrt(lines.density[third].sum() / lines.density[first].sum()))
     return ClaimFinding(
         f"one frequency that glides down with the amplitude from {exact:.2f} Hz, and its odd "
         f"harmonics (the third has {100.0 * share:.0f} % of the first)",
@@ -241,49 +241,49 @@ def _splits_into_peaks() -> ClaimFinding:
 
 def _wall_lowers() -> ClaimFinding:
     walls = (1e-5, 1e-4, 1e-3, 1e-2)
-    found = [peak(power_law(3.0, a), _free(0.0, a)) for a in walls]
+    run_peaks = [peak(power_law(3.0, a), _free(0.0, a)) for a in walls]
     exact = [
         float(closed_forms.power_law_frequency(np.array(a), 1.0, 10.0, a, 3.0)) for a in walls
     ]
     return ClaimFinding(
-        f"a = 0.01, 0.1, 1, 10 mm: {series(values_of(found), 2)} Hz (free motion of amplitude "
-        f"a: exactly {series(exact, 2)}, as a^-1/2 because the stiffness is kappa/a)",
-        (peaks("omega_e [Hz]", "a", "falls", (walls, found)),),
+        f"a = 0.01, 0.1, 1, 10 mm: {series(values_of(run_peaks), 2)} Hz (free motion of "
+        f"amplitude a: exactly {series(exact, 2)}, as a^-1/2 because the stiffness is kappa/a)",
+        (peaks("omega_e [Hz]", "a", "falls", (walls, run_peaks)),),
     )
 
 
 def _peak_against_level(phase: float) -> ClaimFinding:
     levels, forcing = (5.0, 10.0, 15.0, 20.0, 25.0), 0.5 * NATURAL
-    found = [peak(power_law(3.0), _sine(level, 0.5, phase)) for level in levels]
+    run_peaks = [peak(power_law(3.0), _sine(level, 0.5, phase)) for level in levels]
     return ClaimFinding(
         f"A = 5, 10, 15, 20, 25 N at 7.96 Hz: peaks at "
-        f"{series([one.value / forcing for one in found], 2)} times the forcing",
+        f"{series([one.value / forcing for one in run_peaks], 2)} times the forcing",
         (
-            peaks("omega_e [Hz]", "A", "changes", (levels, found)),
-            _off_the_multiples(found, [forcing] * len(found)),
+            peaks("omega_e [Hz]", "A", "changes", (levels, run_peaks)),
+            _off_the_multiples(run_peaks, [forcing] * len(run_peaks)),
         ),
     )
 
 
-def _off_the_multiples(found: list[PeakOfRun], forcing: list[float]) -> Checked:
+def _off_the_multiples(run_peaks: list[PeakOfRun], forcing: list[float]) -> Checked:
     """Return whether peaks lie off every multiple of the forcing, as natural frequencies do."""
-    apart = [
+    distances = [
         abs(one.value - max(1.0, round(one.value / hertz)) * hertz) / one.resolution
-        for one, hertz in zip(found, forcing, strict=True)
+        for one, hertz in zip(run_peaks, forcing, strict=True)
     ]
-    return above("omega_e from a multiple of the forcing [resolutions]", apart, 1.0)
+    return above("omega_e from a multiple of the forcing [resolutions]", distances, 1.0)
 
 
 def _peak_against_ratio() -> ClaimFinding:
     ratios = (0.5, 1.0, 1.5)
-    found = [peak(power_law(3.0), _sine(15.0, r)) for r in ratios]
+    run_peaks = [peak(power_law(3.0), _sine(15.0, r)) for r in ratios]
     forcing = [r * NATURAL for r in ratios]
-    orders = [one.value / hertz for one, hertz in zip(found, forcing, strict=True)]
+    orders = [one.value / hertz for one, hertz in zip(run_peaks, forcing, strict=True)]
     return ClaimFinding(
         f"r = 0.5, 1, 1.5: peaks at {series(orders, 2)} times the forcing",
         (
-            peaks("omega_e [Hz]", "r", "changes", (ratios, found)),
-            _off_the_multiples(found, forcing),
+            peaks("omega_e [Hz]", "r", "changes", (ratios, run_peaks)),
+            _off_the_multiples(run_peaks, forcing),
         ),
     )
 
@@ -338,7 +338,7 @@ def _solvers_differ() -> ClaimFinding:
         )
     ]
     errors = [float(np.max(np.abs(motion - exact))) / size for motion in motions]
-    apart = float(np.max(np.abs(motions[0] - motions[1]))) / size
+    difference = float(np.max(np.abs(motions[0] - motions[1]))) / size
     return ClaimFinding(
         f"n = 3, 5 s of free motion from 1 mm, MATLAB's default tolerance of 1e-3. RK45 "
         f"(ode45) errs by {100.0 * errors[0]:.0f} % of the amplitude, BDF (like ode15s) by "
@@ -346,7 +346,9 @@ def _solvers_differ() -> ClaimFinding:
         f"{100.0 * errors[2]:.0f} %. Both solvers are wrong, not one of them",
         (
             above(
-                "RK45 against BDF, largest difference [% of the amplitude]", 100.0 * apart, 10.0
+                "RK45 against BDF, largest difference [% of the amplitude]",
+                100.0 * difference,
+                10.0,
             ),
         ),
     )

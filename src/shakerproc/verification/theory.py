@@ -30,11 +30,11 @@ def _phase() -> ClaimFinding:
     ratios = np.array([0.5, 1.5])
     both = np.degrees(np.arctan(2.0 * 0.1 * ratios / (1.0 - ratios**2)))
     printed = float(both[1])
-    apart = np.abs(both - np.degrees(closed_forms.phase_lag(ratios, 0.1)))
+    difference = np.abs(both - np.degrees(closed_forms.phase_lag(ratios, 0.1)))
     return ClaimFinding(
         f"at r = 1.5, zeta = 0.1 it prints {printed:.1f} deg, the lag is {lag:.1f} deg: the "
         f"arctangent needs its quadrant beyond resonance",
-        (below("error at r = 0.5 and 1.5 [deg]", apart, 1e-9),),
+        (below("error at r = 0.5 and 1.5 [deg]", difference, 1e-9),),
     )
 
 
@@ -168,11 +168,11 @@ def _frequency_at(turns: Callable[[FloatArray], FloatArray], time: float) -> flo
 
 
 def _critical_damping() -> ClaimFinding:
-    found = 0.06324 / (2.0 * np.sqrt(10.0 / 0.1))
+    ratio = 0.06324 / (2.0 * np.sqrt(10.0 / 0.1))
     return ClaimFinding(
         f"c = 2 zeta sqrt(kappa m) takes the force kappa [N] for a stiffness. Against kappa/a "
-        f"at a = 0.1 m the 0.06324 N s/m are zeta = {found:.4f}",
-        (equals("zeta [-]", found, 0.01, 0.01, relative=True),),
+        f"at a = 0.1 m the 0.06324 N s/m are zeta = {ratio:.4f}",
+        (equals("zeta [-]", ratio, 0.01, 0.01, relative=True),),
     )
 
 

@@ -249,11 +249,11 @@ def read_model(path: AnyPath, *, conditions: Mapping[str, str] | None = None) ->
     ModelError
         If a condition that scales an effect is missing, or of another unit.
     """
-    found = read_model_file(file_of("path", path, "a model"))
+    model_file = read_model_file(file_of("path", path, "a model"))
     if conditions is None:
-        return found
+        return model_file
     under = _conditions(conditions)
-    return replace(found, model=found.model.under(under), conditions=under)
+    return replace(model_file, model=model_file.model.under(under), conditions=under)
 
 
 def _conditions(given: Any) -> Conditions:
@@ -363,10 +363,10 @@ def pairs(at: Iterable[str]) -> dict[str, str]:
     ArgumentError
         If one is no pair of names.
     """
-    found = {}
+    texts = {}
     for one in at:
         name, _, place = one.partition("=")
         if not name.strip() or not place.strip():
             raise ArgumentError("at", f"expected NAME=PLACE, got {one!r}")
-        found[name.strip()] = place.strip()
-    return found
+        texts[name.strip()] = place.strip()
+    return texts

@@ -184,11 +184,11 @@ def _written_up(
     further: Sequence[ReportSection],
 ) -> dict[str, Any]:
     runs = campaign.runs
-    told = trends_of(runs, wish)
-    channel, found, missing = told.channel, told.found, told.missing
-    write_tables(runs, found, channel, root)
+    trends = trends_of(runs, wish)
+    channel, shown_trends, missing = trends.channel, trends.found, trends.missing
+    write_tables(runs, shown_trends, channel, root)
     if wish.figures:
-        draw_trends([trend_in(one, USUAL) for one in found], root / "trends")
+        draw_trends([trend_in(one, USUAL) for one in shown_trends], root / "trends")
     units, sections = ShownUnits(wish.units), [*further, *sections_of(root, evidence)]
     if wish.earlier is not None:
         rows = changes(runs, wish.earlier.runs).rows
@@ -197,7 +197,7 @@ def _written_up(
     report = Report(
         title,
         runs,
-        found,
+        shown_trends,
         channel,
         wish.command,
         {},
@@ -211,7 +211,10 @@ def _written_up(
         units,
     )
     write_report(root / "report.html", report)
-    content = {**_document(title, runs, found, channel, wish.command), **document(evidence)}
+    content = {
+        **_document(title, runs, shown_trends, channel, wish.command),
+        **document(evidence),
+    }
     if verdict:
         content["verdict"] = verdict
     files.write_json(root / "report.json", content)
@@ -219,7 +222,11 @@ def _written_up(
 
 
 def _document(
-    title: str, runs: Sequence[RunSummary], found: Sequence[Trend], channel: str, command: str
+    title: str,
+    runs: Sequence[RunSummary],
+    shown_trends: Sequence[Trend],
+    channel: str,
+    command: str,
 ) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
@@ -229,7 +236,7 @@ def _document(
         "counts": counts(runs),
         "verdict": trend_sentence(runs, channel),
         "trend_channel": channel,
-        "trends": found,
+        "trends": shown_trends,
         "left_out_of_trends": [run.left_out for run in runs if run.left_out],
         "runs": runs,
     }
@@ -407,9 +414,9 @@ def batch(
     known = replace(known, tests=tuple(described(test, options) for test in known.tests))
     if out is None:
         _check_no_report(units=units, against=against)
-        found = ShownCampaign(known.title, _in_threads(known, n_workers), wish)
-        trends_of(found.runs, wish)  # a column or channel that is not there is told at once
-        return found
+        campaign = ShownCampaign(known.title, _in_threads(known, n_workers), wish)
+        trends_of(campaign.runs, wish)  # a column or channel that is not there is told at once
+        return campaign
     command = f"shakerproc.batch(read_log({known.path.name!r}), out={str(out)!r})"
     header, chosen = tried_header(known), units_of(known, units)
     wish = replace(wish, command=command, header=header, units=chosen)

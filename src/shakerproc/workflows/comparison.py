@@ -160,8 +160,10 @@ class ShownDecayComparison(Shown):
     def _repr_html_(self) -> str:
         table = frame({name: [row[name] for row in self.rows] for name in self.rows[0]})
         notes = (note for test in self.measured for note in test.notes)
-        told = [*self.sentences, *self.found.left_out, *notes]
-        return html(f"{self.model.title}, decays compared", told, table.drop(columns="said"))
+        sentences = [*self.sentences, *self.found.left_out, *notes]
+        return html(
+            f"{self.model.title}, decays compared", sentences, table.drop(columns="said")
+        )
 
 
 def compare_free_decays(
@@ -190,17 +192,17 @@ def compare_free_decays(
             f"{before.title}: something drives the older model, and nothing the new one; give "
             "both excitation: {free: decay}"
         )
-    found = compare_decays(model, log, tell=tell, warn=warn)
+    comparison = compare_decays(model, log, tell=tell, warn=warn)
     if before is None:
-        return ShownDecayComparison(found)
+        return ShownDecayComparison(comparison)
     old = compare_decays(before, log, tell=tell)
     if before.sensors.keys() != model.sensors.keys():
         raise DiagnosisError(
             f"{before.title} and {model.title} have not the same sensors; curves of decays are "
             "overlaid sensor by sensor"
         )
-    check_same(*([test.measured for test in one.tests] for one in (old, found)))
-    return ShownDecayComparison(found, old)
+    check_same(*([test.measured for test in one.tests] for one in (old, comparison)))
+    return ShownDecayComparison(comparison, old)
 
 
 @final
@@ -296,8 +298,8 @@ class ShownComparison(Shown):
 
     def _repr_html_(self) -> str:
         errors = self.to_pandas()[["test", "level", "held_out", "sensor", "error", "noise"]]
-        told = [self.sentence, *self.found.left_out, *self.found.warnings]
-        return html(f"{self.model.title}, compared", told, errors)
+        sentences = [self.sentence, *self.found.left_out, *self.found.warnings]
+        return html(f"{self.model.title}, compared", sentences, errors)
 
 
 def compare(
@@ -360,13 +362,15 @@ def compare_models(
         given = usable_tests(log, before).with_those_of(usable)
         usable = usable.with_those_of(given)
         check_same(given.tests, usable.tests)
-    found = compare_tests(model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell)
-    modes = _modes(found, log, warn)
+    comparison = compare_tests(
+        model, usable.tests, left_out=usable.left_out, fit=fit, tell=tell
+    )
+    modes = _modes(comparison, log, warn)
     if before is None and not fit:
-        return ShownComparison(found, modes=modes)
+        return ShownComparison(comparison, modes=modes)
     old = compare_tests(before or model, given.tests, left_out=given.left_out, tell=tell)
-    old, found = scored_alike(old, found, tell=tell)
-    return ShownComparison(found, old, modes)
+    old, comparison = scored_alike(old, comparison, tell=tell)
+    return ShownComparison(comparison, old, modes)
 
 
 def structure_sentences(model: Model) -> list[str]:
@@ -385,16 +389,20 @@ _FEW_SENSORS: Final = "sensors at one place tell no shapes; use two places or mo
 
 
 def _modes(
-    found: Comparison, log: TestLog, warn: Callable[[str], None]
+    comparison: Comparison, log: TestLog, warn: Callable[[str], None]
 ) -> ComparedModes | None:
     """Return modes of test and model; None where one place alone moves or has sensors."""
-    sensed = {sensor.at for sensor in found.model.sensors.values()}
-    if found.model.structures and len(sensed) < 2:
+    sensed = {sensor.at for sensor in comparison.model.sensors.values()}
+    if comparison.model.structures and len(sensed) < 2:
         warn(f"modes of test and model are not compared: {_FEW_SENSORS}")
-    if found.model.n_coordinates < 2 or len(sensed) < 2 or found.model.excitation.imposed:
+    if (
+        comparison.model.n_coordinates < 2
+        or len(sensed) < 2
+        or comparison.model.excitation.imposed
+    ):
         return None
     try:
-        return compared_modes(found.model, log, [one.measured for one in found.tests])
+        return compared_modes(comparison.model, log, [one.measured for one in comparison.tests])
     except ShakerprocError as error:
         warn(f"modes of test and model are not compared: {error}")
         return None
@@ -425,31 +433,31 @@ class ComparedFile:
     @property
     def rows(self) -> list[tuple[Any, ...]]:
         """A row for each function, as functions.csv."""
-        found = self.found
+        comparison = self.found
         return [
             (
-                one.response, one.input, 100.0 * one.error, one.frac, found.peak(one.measured),
-                found.peak(one.model),
+                one.response, one.input, 100.0 * one.error, one.frac,
+                comparison.peak(one.measured), comparison.peak(one.model),
                 None if one.coherence is None else float(one.coherence.mean()),
             )
-            for one in found.functions
+            for one in comparison.functions
         ]  # fmt: skip
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as compare.json holds it."""
-        found = self.found
+        comparison = self.found
         return {
             "schema": SCHEMA,
             "version": __version__,
-            "model": found.model.title,
+            "model": comparison.model.title,
             "functions_file": self.path.name,
-            "functions_sha256": found.measured.sha256,
-            "band_hz": [float(found.frequency[0]), float(found.frequency[-1])],
-            "error": found.error,
-            "sentence": found.sentence,
+            "functions_sha256": comparison.measured.sha256,
+            "band_hz": [float(comparison.frequency[0]), float(comparison.frequency[-1])],
+            "error": comparison.error,
+            "sentence": comparison.sentence,
             "functions": [dict(zip(FUNCTION_COLUMNS, row, strict=True)) for row in self.rows],
-            "modes": None if found.modes is None else modes_document(found.modes),
-            "notes": list(found.notes),
+            "modes": None if comparison.modes is None else modes_document(comparison.modes),
+            "notes": list(comparison.notes),
         }
 
     def write(self, folder: Path, command: str, inputs: Sequence[tuple[str, str, str]]) -> Path:

@@ -53,8 +53,8 @@ def diagnose_remotely(case: DiagnosisCase) -> Mapping[str, Any]:
     """Return a diagnosis as text, every number to the last digit, and its inputs."""
     with at_hand(case.log, case.source) as log:
         usable = tests_of(log, case.model)
-        found = diagnose_tests(case.model, log, usable, seed=case.seed)
-    return {"diagnosis": json.dumps(asdict(found)), "sha256": hashes_of(usable)}
+        diagnosis = diagnose_tests(case.model, log, usable, seed=case.seed)
+    return {"diagnosis": json.dumps(asdict(diagnosis)), "sha256": hashes_of(usable)}
 
 
 def hashes_of(usable: Usable) -> dict[str, str]:
@@ -158,8 +158,12 @@ class ShownDiagnosis(Shown):
         return candidate_errors(self.found)
 
     def _repr_html_(self) -> str:
-        told = [self.sentence, *filter(None, [probability_text(self.found)]), *self.found.notes]
-        return html(self.verdict, told, self.errors, self.effects, self.to_pandas())
+        sentences = [
+            self.sentence,
+            *filter(None, [probability_text(self.found)]),
+            *self.found.notes,
+        ]
+        return html(self.verdict, sentences, self.errors, self.effects, self.to_pandas())
 
 
 def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> ShownDiagnosis:

@@ -48,8 +48,8 @@ def recordings_below(folder: Path) -> list[Path]:
     """
     from shakerproc.recordings import READERS
 
-    found = [p for p in folder.rglob("*") if p.suffix.lower() in READERS and p.is_file()]
-    visible = [p for p in found if not p.name.startswith(".")]
+    paths = [p for p in folder.rglob("*") if p.suffix.lower() in READERS and p.is_file()]
+    visible = [p for p in paths if not p.name.startswith(".")]
     if not visible:
         raise LogError(f"{folder}: no recording in it; shakerproc reads {', '.join(READERS)}")
     return sorted(visible, key=lambda path: [natural(part) for part in path.parts])
@@ -121,17 +121,17 @@ def seen_of(
 
     `said` is what is known of its times.
     """
-    found = None
+    seen = None
     try:
-        found = look(path, said)
+        seen = look(path, said)
     except RecordingError as error:
         warn(f"not usable yet: {error}")
         with suppress(RecordingError):
-            found = described(path)
-        if found is None:
+            seen = described(path)
+        if seen is None:
             warn(f"left out: {path.name}")
     advance(path.name)
-    return [] if found is None else [found]
+    return [] if seen is None else [seen]
 
 
 _ON_THE_TABLE: Final = re.compile(r"control|table|base|input|drive|armature|\bref", re.I)
@@ -235,7 +235,7 @@ def entries(seen: SeenRecording) -> dict[str, tuple[str, str]]:
     """
     from shakerproc.recordings.si import quantity_of
 
-    controls, found = controls_of_seen(seen), {}
+    controls, uses = controls_of_seen(seen), {}
     channels = zip(seen.names, seen.units, seen.lengths, strict=True)
     for number, (name, unit, n) in enumerate(channels, 1):
         quantity = measures(name, unit)
@@ -253,8 +253,8 @@ def entries(seen: SeenRecording) -> dict[str, tuple[str, str]]:
         key, own = quoted(name), ""
         if seen.names.count(name) > 1:
             key, own = str(number), f", name: {quoted(f'{name} {number}')}"
-        found[key] = (f"{{role: {role}{own}{at}}}", note)
-    return found
+        uses[key] = (f"{{role: {role}{own}{at}}}", note)
+    return uses
 
 
 def unusual_channels(
@@ -270,11 +270,11 @@ def unusual_channels(
     uses |= dict.fromkeys(absent, _IGNORE)
     if not uses:
         return ""
-    told = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
+    text = f", channels: {{{', '.join(f'{key}: {use}' for key, use in uses.items())}}}"
     if crop.startswith("{") and controls[0] not in seen.names:
         name = quoted((controls_of_seen(seen) or controls_of(seen.names))[0])
-        told += f", processing: {{crop: {{channel: {name}}}}}"
-    return told
+        text += f", processing: {{crop: {{channel: {name}}}}}"
+    return text
 
 
 def crop_of(seen: Sequence[SeenRecording], controls: Sequence[str]) -> str:
@@ -326,9 +326,9 @@ def log_text(
     """
     controls = controls_of_seen(seen[0])
     usual, crop = entries(seen[0]), crop_of(seen, controls)
-    own = {one.path: unusual_channels(one, usual, controls, crop) for one in seen}
+    channel_lines = {one.path: unusual_channels(one, usual, controls, crop) for one in seen}
     first = seen[0].path.relative_to(recordings).as_posix()
-    for path in (path for path, text in own.items() if text):
+    for path in (path for path, text in channel_lines.items() if text):
         name = path.relative_to(recordings).as_posix()
         warn(f"{name} has other channels than {first}; its line in tests: says which")
     below = recordings.resolve().relative_to(folder.resolve()).as_posix() or "."
@@ -338,7 +338,7 @@ def log_text(
         channels="".join(f"  {key}: {use}   # {note}\n" for key, (use, note) in usual.items()),
         crop=crop,
         times=_times(said),
-        tests=test_lines(own, recordings, ()),
+        tests=test_lines(channel_lines, recordings, ()),
     )
 
 
@@ -355,19 +355,21 @@ def _times(said: Sampling) -> str:
     return "".join(f"  {key}: {value}\n" for key, value in given.items() if value)
 
 
-def test_lines(own: Mapping[Path, str], recordings: Path, taken: Collection[str]) -> str:
+def test_lines(
+    channel_lines: Mapping[Path, str], recordings: Path, taken: Collection[str]
+) -> str:
     """Return a line for each recording, under the number in its name where that is unique.
 
     Parameters
     ----------
-    own : mapping
+    channel_lines : mapping
         What each recording says of its channels, by its path.
     recordings : Path
         The folder that the log names.
     taken : collection of str
         Ids that other tests have already.
     """
-    paths = sorted(own, key=lambda path: [natural(part) for part in path.parts])
+    paths = sorted(channel_lines, key=lambda path: [natural(part) for part in path.parts])
     below = [path.relative_to(recordings).as_posix() for path in paths]
     numbers = [re.findall(r"\d+", path.removesuffix(Path(path).suffix)) for path in below]
     ids = [found[-1].lstrip("0") or "0" if found else "" for found in numbers]
@@ -376,7 +378,7 @@ def test_lines(own: Mapping[Path, str], recordings: Path, taken: Collection[str]
         ids = [str(i) for i in range(begin, begin + len(below))]
     wanted = "# ??? excitation, level, from, to"
     return "".join(
-        f"  - {{id: {i}, recording: {quoted(name)}{own[path]}}}   {wanted}\n"
+        f"  - {{id: {i}, recording: {quoted(name)}{channel_lines[path]}}}   {wanted}\n"
         for i, name, path in zip(ids, below, paths, strict=True)
     )
 

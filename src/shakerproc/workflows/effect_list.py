@@ -31,10 +31,10 @@ def known_kinds() -> "Mapping[str, Kind]":
 def document_of(one: "Kind") -> dict[str, object]:
     """Return formula, parameters, signature and references of a kind, for JSON and pages."""
     doc = inspect.getdoc(one) or ""
-    told, _, references = doc.partition("References\n----------\n")
+    description, _, references = doc.partition("References\n----------\n")
     return {
         "formula": one.formula,
-        "about": _plain(" ".join(told.split("\n\n")[0].split())),
+        "about": _plain(" ".join(description.split("\n\n")[0].split())),
         "signature": one.signature,
         "parameters": {
             name: {
@@ -117,10 +117,10 @@ class Effects(Shown, Mapping[str, Mapping[str, Any]]):
 
     def _repr_html_(self) -> str:
         table = self.to_pandas()
-        found = [table[table["is"] == word].drop(columns="is") for word in ("effect", "fault")]
+        tables = [table[table["is"] == word].drop(columns="is") for word in ("effect", "fault")]
         return "\n".join(
             html(heading, [], part)
-            for heading, part in zip(("Effects", "Faults"), found, strict=True)
+            for heading, part in zip(("Effects", "Faults"), tables, strict=True)
         )
 
 

@@ -93,12 +93,15 @@ def sections_of(folder: Path, evidence: Evidence) -> "Sequence[ReportSection]":
 
     for name, columns in tables(evidence.models, evidence.diagnosis).items():
         files.write_csv(folder / name, columns)
-    found = [*sections(evidence.models, evidence.diagnosis), *mode_sections(evidence.modes)]
+    report_sections = [
+        *sections(evidence.models, evidence.diagnosis),
+        *mode_sections(evidence.modes),
+    ]
     if evidence.decays is None:
-        return found
+        return report_sections
     from shakerproc.report.evidence.functions import decay_sections
 
-    return [*found, *decay_sections(evidence.decays)]
+    return [*report_sections, *decay_sections(evidence.decays)]
 
 
 def methods_of(runs: "Sequence[RunSummary]", evidence: Evidence) -> "Methods":
@@ -130,12 +133,12 @@ def inputs_of(
     """Return every file that went in, with the hash of the bytes that were read."""
     from shakerproc.model_files.effect_files import effect_hashes
 
-    found = [(what, path.name, digest) for what, path, digest in documents]
-    found += [("effects", name, digest) for name, digest in effect_hashes().items()]
+    rows = [(what, path.name, digest) for what, path, digest in documents]
+    rows += [("effects", name, digest) for name, digest in effect_hashes().items()]
     for one in tests:
         path = one.test.require_recording()
-        found.append((f"test {one.name}", f"{path.parent.name}/{path.name}", one.sha256))
-    return found
+        rows.append((f"test {one.name}", f"{path.parent.name}/{path.name}", one.sha256))
+    return rows
 
 
 def check_same(first: "Sequence[Measured]", second: "Sequence[Measured]") -> None:
@@ -207,14 +210,14 @@ def decays_judged(
     new = updated_model(model, diagnosis)
     models = [model] if new is None else [new, model]
     try:
-        found = [
+        comparisons = [
             DecayComparison(one, tuple(decays_of(one, test) for test in measured))
             for one in models
         ]
     except ShakerprocError as error:
         warn(f"decays of the model are not shown: {error}")
         return None
-    return Decays(*found)
+    return Decays(*comparisons)
 
 
 def name_of_new(diagnosis: "Diagnosis") -> str:
@@ -232,8 +235,8 @@ def document(evidence: Evidence) -> dict[str, Any]:
     from shakerproc.comparison import document_of
 
     models, diagnosis = evidence.models, evidence.diagnosis
-    found = [{"what": a, "file": b, "sha256": c} for a, b, c in evidence.inputs]
-    out: dict[str, Any] = {"inputs": found}
+    inputs = [{"what": a, "file": b, "sha256": c} for a, b, c in evidence.inputs]
+    out: dict[str, Any] = {"inputs": inputs}
     if models is not None:
         out["compare"] = {text: document_of(c) for text, _, c in models.each}
     if diagnosis is not None:

@@ -103,8 +103,8 @@ class Forecast(Shown):
         return matplotlib_figure(first, str(first.plots[0].title))
 
     def _repr_html_(self) -> str:
-        told = [text for one in self.found.tests for text in sentences(one)]
-        return html(self.sentence, [*told, *self.found.notes], self.to_pandas())
+        texts = [text for one in self.found.tests for text in sentences(one)]
+        return html(self.sentence, [*texts, *self.found.notes], self.to_pandas())
 
 
 def forecast(
@@ -168,7 +168,7 @@ def forecast_log(
     say: Callable[[str], None] = lambda _text: None,
     warn: Callable[[str], None] = lambda _text: None,
 ) -> Forecast:
-    """Return a forecast, with callbacks for progress and faulty channels; see `forecast`.
+    """Return a forecast, with callbacks for progress and faulty channels; see `result`.
 
     Raises
     ------
@@ -192,10 +192,10 @@ def forecast_log(
     usable = tests_of(replace(log, planned=()), model)
     usable.tell(warn)
     planned = list(log.planned) if level is None else _at_level(log, usable.tests, level)
-    found = forecast_tests(
+    result = forecast_tests(
         model, log, usable.tests, planned, wish=wish, earlier=earlier, seed=seed, say=say
     )
-    return Forecast(found)
+    return Forecast(result)
 
 
 def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Test]:
@@ -212,31 +212,31 @@ def _at_level(log: TestLog, tests: "Sequence[Measured]", level: str) -> list[Tes
         loudest.test, id=f"{loudest.name} at {level}", recording=None, planned=True,
         hold_out=False, duration=loudest.test.duration or length,
     )  # fmt: skip
-    found = []
+    at_level = []
     for test in log.planned or (again,):
         try:
             value, unit = level_of(level, test.excitation)
         except ValueError as error:
             raise ArgumentError("level", str(error)) from error
-        found.append(replace(test, level=value, level_unit=unit, level_text=level))
-    return found
+        at_level.append(replace(test, level=value, level_unit=unit, level_text=level))
+    return at_level
 
 
 def earlier_document(folder: Path) -> dict[str, Any] | None:
     """Return the document of the forecast in a folder; None where there is none to read."""
     try:
-        found = json.loads((folder / "forecast.json").read_text(encoding="utf-8"))
+        entries = json.loads((folder / "forecast.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) and found.get("schema") == SCHEMA else None
+    return entries if isinstance(entries, dict) and entries.get("schema") == SCHEMA else None
 
 
-def _write_notches(folder: Path, found: Forecast) -> None:
+def _write_notches(folder: Path, result: Forecast) -> None:
     """Write the notched profile of each planned test as YAML and as CSV."""
     from shakerproc import files
 
-    for one in found.found.tests:
-        notched = None if one.notch is None else one.notch.found
+    for one in result.found.tests:
+        notched = None if one.notch is None else one.notch.notched
         if notched is None or notched.test.profile is None:
             continue
         name, profile = f"notched_{one.planned.test.id}", notched.test.profile
@@ -246,7 +246,7 @@ def _write_notches(folder: Path, found: Forecast) -> None:
 
 
 def write_forecast(
-    folder: Path, found: Forecast, command: str, inputs: "Sequence[tuple[str, str, str]]",
+    folder: Path, result: Forecast, command: str, inputs: "Sequence[tuple[str, str, str]]",
     *, figures: bool,
 ) -> Path:  # fmt: skip
     """Write report.html, forecast.json, forecast.csv and figures; return the page."""
@@ -255,25 +255,28 @@ def write_forecast(
     from shakerproc.report.page.methods import methods_of
     from shakerproc.report.page.page import Report, write_report
 
-    files.write_json(folder / "forecast.json", found.as_json())
-    rows = found.rows
+    files.write_json(folder / "forecast.json", result.as_json())
+    rows = result.rows
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     files.write_text(folder / "forecast.csv", files.csv_text(table))
-    _write_notches(folder, found)
+    _write_notches(folder, result)
     if figures:
         from shakerproc.report.figures.to_png import matplotlib_figure, save
 
-        for one in found.found.tests:
+        for one in result.found.tests:
             profile = profile_figure(one)
-            for figure in (*([profile] if profile else []), *density_figures(one, found.found)):
+            for figure in (
+                *([profile] if profile else []),
+                *density_figures(one, result.found),
+            ):
                 picture = matplotlib_figure(figure, str(figure.plots[0].title))
                 save(picture, folder / f"{figure.name}.png")
     report = Report(
-        found.found.title,
+        result.found.title,
         [],
         command=command,
-        verdict=f"{found.sentence}.",
-        sections=sections(found.found),
+        verdict=f"{result.sentence}.",
+        sections=sections(result.found),
         inputs=inputs,
         methods=methods_of([], analyses=["forecast"]),
     )

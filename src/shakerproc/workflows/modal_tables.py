@@ -49,7 +49,7 @@ def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
         "mode": [i + 1 for i in range(len(analysis.tracks))],
         "tests": [len(track.sightings) for track in analysis.tracks],
     }
-    found: dict[str, list[object]] = {
+    table: dict[str, list[object]] = {
         name: []
         for name in (
             "frequency_hz", "frequency_scatter_percent", "damping_percent",
@@ -60,18 +60,18 @@ def track_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
         f = np.array([tests[s.test].modes.frequency[s.mode] for s in track.sightings])
         z = np.array([tests[s.test].modes.damping[s.mode] for s in track.sightings])
         several = f.size > 1
-        found["frequency_hz"].append(float(f.mean()))
-        found["damping_percent"].append(float(100.0 * z.mean()))
+        table["frequency_hz"].append(float(f.mean()))
+        table["damping_percent"].append(float(100.0 * z.mean()))
         spread = [
             float(100.0 * v.std(ddof=1) / v.mean()) if several else np.nan for v in (f, z)
         ]
-        found["frequency_scatter_percent"].append(spread[0])
-        found["damping_scatter_percent"].append(spread[1])
+        table["frequency_scatter_percent"].append(spread[0])
+        table["damping_scatter_percent"].append(spread[1])
         shift = float(100.0 * (f[-1] / f[0] - 1.0)) if several else np.nan
-        found["frequency_first_to_last_percent"].append(shift)
-        alike = [s.mac for s in track.sightings if s.mac is not None]
-        found["least_mac"].append(min(alike) if several and alike else np.nan)
-    return {**columns, **found}
+        table["frequency_first_to_last_percent"].append(shift)
+        mac_values = [s.mac for s in track.sightings if s.mac is not None]
+        table["least_mac"].append(min(mac_values) if several and mac_values else np.nan)
+    return {**columns, **table}
 
 
 def track_rows(analysis: ModalAnalysis) -> list[tuple[object, ...]]:
@@ -96,12 +96,12 @@ def mode_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
     for place, one in enumerate(analysis.tests):
         modes = one.modes
         for i in range(modes.poles.size):
-            number, alike = tracked[place, i]
+            number, mac_value = tracked[place, i]
             row = (
                 one.name, i + 1, number, float(modes.frequency[i]),
                 *map(float, modes.frequency_bounds[:, i]), float(modes.damping[i]),
                 *map(float, modes.damping_bounds[:, i]), float(modes.collinearity[i]),
-                alike, modes.method, one.test.joint, one.test.specimen, one.test.clearance,
+                mac_value, modes.method, one.test.joint, one.test.specimen, one.test.clearance,
                 one.test.excitation or "", one.test.level_text, *_scatter(modes, i),
             )  # fmt: skip
             for name, value in zip(names, row, strict=True):
@@ -125,9 +125,9 @@ def shape_columns(analysis: ModalAnalysis) -> dict[str, list[object]]:
             for k, sensor in enumerate(one.sensors):
                 place = one.positions[k] or (None, None, None)
                 along = one.directions[k]
-                told = "" if along is None else " ".join(f"{v:g}" for v in along)
+                text = "" if along is None else " ".join(f"{v:g}" for v in along)
                 row = (
-                    one.name, i + 1, sensor.name, *place, told,
+                    one.name, i + 1, sensor.name, *place, text,
                     float(shape[k].real), float(shape[k].imag),
                 )  # fmt: skip
                 for name, value in zip(names, row, strict=True):
@@ -198,14 +198,14 @@ def document_of(analysis: ModalAnalysis, path: Path) -> dict[str, Any]:
 
 def _between(analysis: ModalAnalysis) -> list[dict[str, Any]]:
     """Return the MAC of all modes of the first test with those of each other test."""
-    found = []
+    rows = []
     for one in analysis.tests[1:]:
         first = analysis.tests[0]
         names = (first.sensor_names, one.sensor_names)
         values = mac_over(first.modes.shapes, one.modes.shapes, names)
         if values is not None and values.size:
-            found.append({"tests": [first.name, one.name], "mac": values.tolist()})
-    return found
+            rows.append({"tests": [first.name, one.name], "mac": values.tolist()})
+    return rows
 
 
 def _test_document(one: TestModes) -> dict[str, Any]:
@@ -324,12 +324,12 @@ def modal_a(one: TestModes) -> ComplexArray:
     (n_modes,) complex array
         Shapes are those of the analysis, of which the largest component is 1 [N s/m].
     """
-    modes, found = one.modes, np.zeros(one.modes.poles.size, complex)
+    modes, values = one.modes, np.zeros(one.modes.poles.size, complex)
     count = (modes.poles.size, len(one.sensors), len(one.inputs))
     if modes.model is None or modes.model.residues.size != np.prod(count):
-        return found
+        return values
     residues = modes.model.residues.reshape(count)
-    strongest = np.zeros(found.size)
+    strongest = np.zeros(values.size)
     for row, sensor in enumerate(one.sensors):
         for column, place in enumerate(one.input_places):
             sense = sense_of((one.positions[row], one.directions[row]), place)
@@ -338,9 +338,9 @@ def modal_a(one: TestModes) -> ComplexArray:
             residue = residues[:, row, column] / modes.poles ** _RATES[sensor.unit]
             better = np.abs(modes.shapes[:, row]) > strongest
             squared = sense * modes.shapes[:, row] ** 2
-            found[better] = squared[better] / residue[better]
+            values[better] = squared[better] / residue[better]
             strongest[better] = np.abs(modes.shapes[better, row])
-    return found
+    return values
 
 
 def _functions(one: TestModes, numbers: list[int]) -> Iterator[tuple[RecordHead, int, int]]:

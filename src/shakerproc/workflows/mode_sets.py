@@ -134,11 +134,13 @@ def _holds_modes(path: Path) -> bool:
 
 def _is_universal_of_modes(content: bytes) -> bool:
     try:
-        found = list(data_sets(content))
-        records = any(record_of(content, one).is_recording for one in found if one.kind == 58)
+        uff_sets = list(data_sets(content))
+        records = any(
+            record_of(content, one).is_recording for one in uff_sets if one.kind == 58
+        )
     except UffError:
         return False  # the reader of recordings says where
-    return not records and any(one.kind == 55 for one in found)
+    return not records and any(one.kind == 55 for one in uff_sets)
 
 
 def convert_modes(source: Path, out: Path, options: ModeOptions) -> ConvertedModes:
@@ -264,7 +266,7 @@ def _chosen(
     """
     if not options.at and log is None:
         return table, ()
-    points, told = {}, []
+    points, notes = {}, []
     for name, place in pairs(options.at).items():
         points[name] = "/".join(place.split(maxsplit=1)) if place not in table.row_of else place
         if points[name] not in table.row_of:
@@ -278,9 +280,9 @@ def _chosen(
             raise ArgumentError("at", f"{point} is the name of a sensor; choose another")
         points[point], how = _place_of(table, file, seat)
         against = ", against its direction: declare sensor_polarity" * (seat.axis != axis)
-        told.append(f"{point}: {points[point]}{how}{against}")
+        notes.append(f"{point}: {points[point]}{how}{against}")
     axes = {options.direction or "", *(split_place(p)[1] for p in points.values())} - {""}
-    return seen_at(table, points, axes or {""}), tuple(told)
+    return seen_at(table, points, axes or {""}), tuple(notes)
 
 
 def _seats(log: TestLog, table: ModeTable, direction: str | None) -> Iterator[_Seat]:
@@ -316,13 +318,13 @@ def _axis_of(name: str, along: Place | None, table: ModeTable, direction: str | 
         If it is none, or not said.
     """
     if along is not None:
-        found = next((axis for axis, unit in AXES.items() if unit == along), None)
-        if found is None:
+        text = next((axis for axis, unit in AXES.items() if unit == along), None)
+        if text is None:
             told = " ".join(f"{v:.3g}" for v in along)
             raise ArgumentError(
                 "sensors", f"{name} measures along {told}; a point is seen along x, y or z"
             )
-        return found
+        return text
     axes = table.axes if direction is None else {direction}
     if len(axes) != 1:
         raise ArgumentError(

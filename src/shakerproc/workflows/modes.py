@@ -125,11 +125,13 @@ class Modes(Shown):
         return ModeShape(one, whole_of("mode", mode, 1, one.modes.poles.size) - 1)
 
     def _repr_html_(self) -> str:
-        told = [*mode_shifts(self.found), *self.found.notes]
-        told += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
-        told += [f"test {one.name}: {note}" for one in self.found.tests for note in one.notes]
+        sentences = [*mode_shifts(self.found), *self.found.notes]
+        sentences += [f"test {name} left out: {reason}" for name, reason in self.found.failed]
+        sentences += [
+            f"test {one.name}: {note}" for one in self.found.tests for note in one.notes
+        ]
         names = ["test", "mode", "frequency_hz", "damping", "damping_low", "damping_high"]
-        return html(f"{self.found.title}: modes", told, self.to_pandas()[names])
+        return html(f"{self.found.title}: modes", sentences, self.to_pandas()[names])
 
 
 @final

@@ -360,13 +360,13 @@ def _with_reading(test: Test, said: Mapping[str, Any]) -> Test:
     times = {name: said.get(name) for name in ("sample_rate_hz", "time_unit", "resample_hz")}
     override = bool(said.get("override_rate"))
     ignored = bool(said.get("ignore_starts"))
-    found = sampling_of(override_rate=override, ignore_starts=ignored, **times)
-    if found.rate is not None:
-        given |= {"sample_rate": found.rate, "override_rate": override}
-    if found.unit:
-        given["time_unit"] = found.unit
-    if found.resample is not None:
-        given["resample"] = found.resample
+    sampling = sampling_of(override_rate=override, ignore_starts=ignored, **times)
+    if sampling.rate is not None:
+        given |= {"sample_rate": sampling.rate, "override_rate": override}
+    if sampling.unit:
+        given["time_unit"] = sampling.unit
+    if sampling.resample is not None:
+        given["resample"] = sampling.resample
     if ignored:
         given["ignore_starts"] = True
     if "group" in said:

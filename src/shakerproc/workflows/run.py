@@ -139,12 +139,12 @@ class OpenedRecording(Shown):
 
     def _repr_html_(self) -> str:
         rows = [(c.name, c.unit, c.source_unit or "none") for c in self.channels]
-        told = (
+        text = (
             f"{numeral(self.duration, 4)} s at {self.sample_rate:.6g} Hz, {self.n_samples} "
             "samples"
         )
         table = frame_of_rows(("channel", "unit", "unit in the file"), rows)
-        return html(self.path.name, [told, *self.notes], table)
+        return html(self.path.name, [text, *self.notes], table)
 
 
 def open_recording(
@@ -278,7 +278,7 @@ class Run(Shown):
 
         asked = text_of("figure", figure, "the name of a figure")
         chosen = (choice_of("figure", asked, IN_FILES, "a figure"),) if asked else _USUAL
-        title = title_of(self.result.test, self.result.run)
+        title = title_of(self.result.test, self.result.recorded.run)
         for name in chosen:
             drawn = run_figure(self.result, name, title)
             if drawn is not None:
@@ -288,9 +288,9 @@ class Run(Shown):
     def _repr_html_(self) -> str:
         summary = self.summary
         rate, length = summary.sample_rate_hz or 0.0, summary.duration_s or 0.0
-        told = f"{summary.recording}: {numeral(length, 4)} s at {rate:.6g} Hz"
+        text = f"{summary.recording}: {numeral(length, 4)} s at {rate:.6g} Hz"
         flags = [f"{flag.kind}: {flag.message}" for flag in summary.flags]
-        return html(f"Run {summary.test}", [told, *flags, *summary.remarks], self.statistics)
+        return html(f"Run {summary.test}", [text, *flags, *summary.remarks], self.statistics)
 
 
 def process(

@@ -71,10 +71,10 @@ class Simulation(Shown):
         return signals
 
     def _repr_html_(self) -> str:
-        found = self.found
+        run = self.found
         sentence = (
-            f"{found.time.size} samples at {found.sample_rate:.6g} Hz by {found.solver}, "
-            f"{found.switchings} switchings, estimated error {numeral(found.error, 2)} of the "
+            f"{run.time.size} samples at {run.sample_rate:.6g} Hz by {run.solver}, "
+            f"{run.switchings} switchings, estimated error {numeral(run.error, 2)} of the "
             "largest displacement"
         )
         chaotic = "chaotic motion: any model agrees with it in statistics only"
@@ -83,7 +83,7 @@ class Simulation(Shown):
             for name, (unit, samples) in self._signals().items()
         ]
         table = frame_of_rows(("signal", "unit", "rms", "largest"), rows)
-        remarks = [*found.notes, chaotic if found.chaotic else ""]
+        remarks = [*run.notes, chaotic if run.chaotic else ""]
         return html(self.model.title, [sentence, *remarks], table)
 
 
@@ -126,10 +126,10 @@ def simulate(
     length = None if duration is None else positive_of("duration", duration)
     again = switch_of("growth", growth)
     try:
-        found = simulated(shaken, given, rate, duration=length, growth=again)
+        run = simulated(shaken, given, rate, duration=length, growth=again)
     except ValueError as error:
         raise ArgumentError("excitation", str(error)) from error
-    return Simulation(shaken, found)
+    return Simulation(shaken, run)
 
 
 def _samples(given: Any) -> FloatArray:
@@ -201,15 +201,15 @@ def rehearse_campaign(
     paths = [_path(test, root, target) for test in named]
     _check_free(log, paths, overwrite=overwrite)
     copies = {} if target == root else _copies_of_log(log, target, overwrite=overwrite)
-    found = []
+    rows = []
     for shaken, test, path in zip(of_tests, named, paths, strict=True):
         made = rehearse(shaken, test, staging)
         while copies:  # a model that cannot be shaken so is refused before anything is written
             files.write_bytes(*copies.popitem())
         write_recording(path, made.recording)
-        found.append({**made.facts, "recording": path.relative_to(target).as_posix()})
+        rows.append({**made.facts, "recording": path.relative_to(target).as_posix()})
         advance(f"test {test.id}")
-    return found
+    return rows
 
 
 def write_recording(path: Path, recording: "Recording") -> None:

@@ -104,8 +104,8 @@ class UpdatedModel(Shown):
         """Return the response functions of the model as it was and of the new one."""
         from shakerproc.workflows.comparison import compare_any
 
-        found = compare_any(self.model, self.log, before=self.known.model)
-        return found.plot()
+        comparison = compare_any(self.model, self.log, before=self.known.model)
+        return comparison.plot()
 
     def save(self, path: AnyPath, *, modes: bool = False) -> Path:
         """Write the new model file, comments and order of the old one kept.
@@ -172,8 +172,8 @@ class UpdatedModel(Shown):
         return Provenance(added.tests, hashes, spans, f"shakerproc {__version__}", today)
 
     def _repr_html_(self) -> str:
-        told = [self.added.worse, *self.added.left_out, *self.added.notes]
-        return html(self.title, told, self.to_pandas(), self.intervals)
+        sentences = [self.added.worse, *self.added.left_out, *self.added.notes]
+        return html(self.title, sentences, self.to_pandas(), self.intervals)
 
 
 def add(
@@ -224,10 +224,10 @@ def add(
     forced = switch_of("force", force)
     numbers = start_of(effect, {} if start is None else start)
     scale = None if scaled_by is None else scale_of(scaled_by)
-    found = fitted_effect(Wanted(effect, places, numbers, scale), known, tests)
+    updated_model = fitted_effect(Wanted(effect, places, numbers, scale), known, tests)
     if not forced:
-        check_gain(effect, found.added)
-    return found
+        check_gain(effect, updated_model.added)
+    return updated_model
 
 
 def fitted_effect(
@@ -304,7 +304,7 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
             f'expected numbers such as {{"clearance": "0.1 mm"}}, got {argument_text(given)}',
         )
     known = EFFECTS[effect].estimated()
-    found: dict[str, float | str] = {}
+    starts: dict[str, float | str] = {}
     for name, value in given.items():
         parameter = known.get(name)
         if parameter is None:
@@ -312,13 +312,13 @@ def start_of(effect: str, given: Mapping[str, str | float]) -> dict[str, float |
                 "start", f"{effect} has no number {name!r}; it has {', '.join(known)}"
             )
         if parameter.choices or not isinstance(value, str):
-            found[name] = value
+            starts[name] = value
             continue
         try:
-            found[name] = to_si(value, parameter.unit)
+            starts[name] = to_si(value, parameter.unit)
         except ValueError as error:
             raise ArgumentError("start", f"{name}: {error}") from error
-    return found
+    return starts
 
 
 def scale_of(given: Any) -> Scale:

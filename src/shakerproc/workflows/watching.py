@@ -59,18 +59,18 @@ Looked: TypeAlias = Mapping[Path, tuple[FileStamp, float]]
 
 def recordings_in(folder: Path) -> list[Path]:
     """Return the recordings in a folder and the folders in it, but for folders of results."""
-    found = []
+    paths = []
     for name, below, names in os.walk(folder):
         if not _OURS.isdisjoint(names):
             below.clear()
             continue
         below[:] = sorted(one for one in below if not one.startswith("."))
-        found += [
+        paths += [
             Path(name, one)
             for one in sorted(names)
             if not one.startswith(".") and Path(one).suffix.lower() in READERS
         ]
-    return found
+    return paths
 
 
 def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
@@ -80,7 +80,7 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
 
     `now` is a time of the clock [s].
     """
-    found: dict[Path, tuple[FileStamp, float]] = {}
+    stamps: dict[Path, tuple[FileStamp, float]] = {}
     for path in paths:
         try:
             status = path.stat()
@@ -89,8 +89,8 @@ def looked(before: Looked, paths: Iterable[Path], now: float) -> Looked:
         stamp = FileStamp(status.st_size, status.st_mtime_ns)
         if stamp.size:
             same = path in before and before[path][0] == stamp
-            found[path] = before[path] if same else (stamp, now)
-    return found
+            stamps[path] = before[path] if same else (stamp, now)
+    return stamps
 
 
 def finished_files(seen: Looked, settle: float, now: float) -> dict[Path, FileStamp]:
@@ -240,12 +240,12 @@ class DraftedLog:
                 "tests: is not there. Move tests: to the end, or name the log with --log."
             )
         usual = self._usual(log)
-        own = {
+        channel_lines = {
             path: unusual_channels(one, usual, controls_of_seen(one), "none")
             + _quiet_crop(log, one)
             for path, one in seen.items()
         }
-        lines = test_lines(own, log.folder, {str(test.id) for test in log.tests})
+        lines = test_lines(channel_lines, log.folder, {str(test.id) for test in log.tests})
         return text.rstrip("\n") + "\n" + lines
 
     def _usual(self, log: TestLog) -> Mapping[str, tuple[str, str]]:
@@ -377,18 +377,18 @@ class Watch:
         if other:
             self._tried, self.log = {}, log
             self._wish = replace(self._wish, header=tried_header(log), units=units_of(log))
-        arrived = {
+        arrivals = {
             test.id: tuple(still[path] for path in files)
             for test in log.active
             if (files := _resolved(test.files)) and all(path in still for path in files)
         }
-        due = {test: now for test, now in arrived.items() if self._tried.get(test) != now}
+        due = {test: now for test, now in arrivals.items() if self._tried.get(test) != now}
         if other or due:
             refresh = max(_REFRESH, pace.every)
             self._round(log, due, refresh)
             self._tried |= due
         if due and self._after is not None:
-            there = [test for test in log.active if test.id in arrived]
+            there = [test for test in log.active if test.id in arrivals]
             self._after(replace(log, tests=tuple(there)))
         return bool(due)
 

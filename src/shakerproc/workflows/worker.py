@@ -58,7 +58,7 @@ def write_products(
     if products.thesis:
         write_thesis_tables(result, recording, folder / "thesis")
     if products.figures:
-        title = title_of(result.test, result.run)
+        title = title_of(result.test, result.recorded.run)
         for draw in ("drawing:draw_run", "analyses:draw_analyses"):
             loaded(f"shakerproc.report.runs.{draw}")(result, title, folder)
 

@@ -134,13 +134,13 @@ def _tell_usage(error: Any, file: object = None) -> None:  # noqa: ARG001 - as c
     """Print the wrong word, the likely right one, and where the usage is described."""
     from shakerproc.cli import output
 
-    told = " ".join(error.format_message().splitlines()).rstrip(".")
+    text = " ".join(error.format_message().splitlines()).rstrip(".")
     if hasattr(error.__cause__, "errors"):  # pydantic says what it wants, not what it got
-        told += f", not '{error.__cause__.errors()[0]['input']}'"
+        text += f", not '{error.__cause__.errors()[0]['input']}'"
     absent = re.fullmatch(r"\w+ '(.+)' does not exist\.?", error.message)
-    told += _hint(Path(absent[1])) if absent else "" if told.endswith("?") else "."
+    text += _hint(Path(absent[1])) if absent else "" if text.endswith("?") else "."
     place = error.ctx.command_path if error.ctx is not None else "shakerproc"
-    output.message(f"error: {told} See `{place} -h`.")
+    output.message(f"error: {text} See `{place} -h`.")
 
 
 def _hint(path: Path) -> str:
@@ -171,10 +171,10 @@ class GroupedCommands(typer.core.TyperGroup):
         width = formatter.width - 6 - max(map(len, self.commands), default=0)
         rows = {}
         for group, names in GROUPS.items():
-            found = ((name, self.get_command(ctx, name)) for name in names)
+            commands = ((name, self.get_command(ctx, name)) for name in names)
             rows[group] = [
                 (name, command.get_short_help_str(width))
-                for name, command in found
+                for name, command in commands
                 if command is not None
             ]
         _write(formatter, rows)

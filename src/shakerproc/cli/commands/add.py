@@ -55,7 +55,7 @@ def add(
         bool,
         typer.Option("--modes", help="Write further linear modes that were fitted, too."),
     ] = False,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Fit an effect to a log; write it into a new model file.
@@ -85,22 +85,22 @@ def add(
         scale = updated_model.scale_of(_pairs(scaled_by)) if scaled_by else None
     once = output.Once()
     with output.progress("add", 3) as advance:
-        found = updated_model.fitted_effect(
+        updated = updated_model.fitted_effect(
             Wanted(effect, places, numbers, scale),
             GivenModel(known.model, known),
             log,
-            effect_hashes=options.effects_of(own).get("effects_sha256", {}),
+            effect_hashes=options.effects_of(effects).get("effects_sha256", {}),
             progress=advance,
             warn=once.warning,
         )
     if not force:
-        updated_model.check_gain(effect, found.added)
-    if found.added.worse:
-        output.warning(f"written although {found.added.worse}")
-    for note in found.added.notes:
+        updated_model.check_gain(effect, updated.added)
+    if updated.added.worse:
+        output.warning(f"written although {updated.added.worse}")
+    for note in updated.added.notes:
         once.message(note)
-    found.save(new, modes=modes)
-    _tell(effect, found.added, new, json)
+    updated.save(new, modes=modes)
+    _tell(effect, updated.added, new, json)
     output.next_step("see whether the error has fallen", "compare", new, testlog)
 
 

@@ -227,8 +227,10 @@ def _with_more(
             evidence = held_against(
                 model, seen, log.path, campaign.runs, tell=advance, warn=output.warning
             )
-    found = evidence.diagnosis
-    verdict = f"{headline(found, log.active)} {found.sentence}".strip() if found else ""
+    diagnosis = evidence.diagnosis
+    verdict = (
+        f"{headline(diagnosis, log.active)} {diagnosis.sentence}".strip() if diagnosis else ""
+    )
     return write_up(
         log.title, campaign, root, wish, evidence=evidence, verdict=verdict, further=further
     )

@@ -60,14 +60,14 @@ def check(
     from shakerproc.campaign.agreement import agreement, expired_notes, read_table
 
     wanted = _tolerances(columns, tolerance)
-    found, reference = (read_table(_file_of(path)) for path in (table, against))
+    table_read, reference = (read_table(_file_of(path)) for path in (table, against))
     with options.refused("--tolerance"):
-        result = agreement(found, reference, wanted)
-    reasons = {test: _reason(found, test) for test in result.missing}
+        result = agreement(table_read, reference, wanted)
+    reasons = {test: _reason(table_read, test) for test in result.missing}
     output.write_json(
         {
             "schema": "shakerproc-check/1",
-            "table": found.path,
+            "table": table_read.path,
             "against": reference.path,
             "tolerances": {name: one.text for name, one in wanted.items()},
             "holds": result.holds,
@@ -82,14 +82,18 @@ def check(
         text = _line(deviation, wanted[deviation.column])
         output.data(text)
     for test, why in reasons.items():
-        text = f"test {test}: missing from {found.path}, wanted by {reference.path}{why}"
+        text = f"test {test}: missing from {table_read.path}, wanted by {reference.path}{why}"
         output.data(text)
-    for note in dict.fromkeys((*found.notes, *reference.notes, *expired_notes(found.path))):
+    for note in dict.fromkeys((
+        *table_read.notes,
+        *reference.notes,
+        *expired_notes(table_read.path),
+    )):
         output.message(f"note: {note}")
     for test in result.added:
         output.message(f"note: test {test} is not in {reference.path}, and was not compared")
-    told = _sum(result.compared, wanted, len(result.deviations), len(reasons))
-    output.data(told)
+    summary = _sum(result.compared, wanted, len(result.deviations), len(reasons))
+    output.data(summary)
     if not result.holds:
         output.finish(1)
 
@@ -192,7 +196,7 @@ def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
 
     place = [f"test {off.test}", off.channel, off.quantity]
     unit = f" {off.unit}" if off.unit else ""
-    found = "missing" if off.found is None else f"found {off.found:.6g}{unit}"
+    value = "missing" if off.found is None else f"found {off.found:.6g}{unit}"
     by = ""
     if off.found is None or not math.isfinite(off.found):
         pass
@@ -204,7 +208,7 @@ def _line(off: "Deviation", tolerance: "ColumnTolerance") -> str:
         by = f", off by {rounded_within(off.found - off.wanted, off.allowed, decimals)}{unit}"
     where = ", ".join(filter(None, place))
     return (
-        f"{where}: {off.column}: {found}, wanted {off.wanted:.6g}{unit} +- {tolerance.text}{by}"
+        f"{where}: {off.column}: {value}, wanted {off.wanted:.6g}{unit} +- {tolerance.text}{by}"
     )
 
 
@@ -215,15 +219,15 @@ def _sum(
     missing: int,
 ) -> str:
     agree = not off and not missing
-    told = ", ".join(
+    text = ", ".join(
         f"{n} {'value' if n == 1 else 'values'} of {name} {'within' if agree else 'at'} "
         f"{wanted[name].text}"
         for name, n in compared.items()
     )
     if agree:
-        return f"all hold: {told}"
+        return f"all hold: {text}"
     parts = [f"{off} {'value is' if off == 1 else 'values are'} off"] if off else []
     parts += (
         [f"{missing} {'run is' if missing == 1 else 'runs are'} missing"] if missing else []
     )
-    return f"{', '.join(parts)}; compared: {told}"
+    return f"{', '.join(parts)}; compared: {text}"

@@ -65,7 +65,7 @@ def compare(
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Show where, and by how much, a model fails in each test.
@@ -112,25 +112,25 @@ def compare(
         compared = compare_models(
             shaken, campaign, before=older, fit=fit, tell=advance, warn=once.warning
         )
-    found, measured = compared.found, [test.measured for test in compared.found.tests]
-    models = Models(found, old=shaken.title)
+    comparison, measured = compared.found, [test.measured for test in compared.found.tests]
+    models = Models(comparison, old=shaken.title)
     if compared.before is not None:
         names = _names((older or shaken).title, shaken.title, fit=fit)
-        models = Models(compared.before, found, *names)
+        models = Models(compared.before, comparison, *names)
     document = {
-        **_provenance(documents[-2:]), **options.effects_of(own), **compared.as_json()
+        **_provenance(documents[-2:]), **options.effects_of(effects), **compared.as_json()
     }  # fmt: skip
     evidence = Evidence(models, None, inputs_of(documents, measured), modes=compared.modes)
     with output.results(folder, "compare"):
-        page = _write(folder, found, document, campaign.title, evidence, figures=figures)
+        page = _write(folder, comparison, document, campaign.title, evidence, figures=figures)
         _write_modes(folder, compared.modes)
     output.write_json(document, json)
-    _print(found, folder, once)
+    _print(comparison, folder, once)
     _print_modes(compared.modes, folder)
-    output.data(sentence(found))
+    output.data(sentence(comparison))
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
-    messages.after_comparing(model, log, explained=explained(found))
+    messages.after_comparing(model, log, explained=explained(comparison))
 
 
 def _functions(
@@ -156,10 +156,10 @@ def _functions(
     model, model_hash = read_hashed(read_model, given[0])
     check_unscaled(model, "a comparison with response functions")
     compared = compare_file(model, given[1], at or [])
-    found = compared.found
+    comparison = compared.found
     inputs = [
         ("model", given[0].name, model_hash),
-        ("response functions", given[1].name, found.measured.sha256),
+        ("response functions", given[1].name, comparison.measured.sha256),
     ]
     with output.results(folder, "compare"):
         page = compared.write(folder, output.command(), inputs)
@@ -170,11 +170,11 @@ def _functions(
         title="Response functions, measured and of the model",
         elsewhere=str(folder / "functions.csv"),
     )
-    if found.modes is not None and mode_rows(found.modes):
-        _print_modes(found.modes, folder)
-    for note in found.notes:
+    if comparison.modes is not None and mode_rows(comparison.modes):
+        _print_modes(comparison.modes, folder)
+    for note in comparison.notes:
         output.message(f"note: {note}")
-    output.data(found.sentence)
+    output.data(comparison.sentence)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 
@@ -219,7 +219,7 @@ def _decays(
 
 def _write(
     folder: Path,
-    found: "Comparison",
+    comparison: "Comparison",
     document: "Mapping[str, object]",
     title: str,
     evidence: "Evidence",
@@ -232,14 +232,14 @@ def _write(
     from shakerproc.workflows.evidence import write_evidence
 
     files.write_json(folder / "compare.json", document)
-    rows = rows_of(found)
+    rows = rows_of(comparison)
     table = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
     files.write_text(folder / "errors.csv", files.csv_text(table))
     if figures:
         from shakerproc.report.evidence.comparison import draw_comparison
 
-        draw_comparison(found, folder)
-    verdict = f"{sentence(found).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
+        draw_comparison(comparison, folder)
+    verdict = f"{sentence(comparison).split('. ')[0].removesuffix('.')}.".replace("^2", "²")
     return write_evidence(folder, title, verdict, evidence, command=output.command())
 
 
@@ -288,12 +288,12 @@ def _provenance(documents: "Sequence[Document]") -> dict[str, object]:
     }
 
 
-def _print(found: "Comparison", folder: Path, once: output.Once) -> None:
+def _print(comparison: "Comparison", folder: Path, once: output.Once) -> None:
     """Print the errors of every test, and the notes that were not printed yet."""
     from shakerproc.runs.summary import by_tests
 
     rows = []
-    for test in found.tests:
+    for test in comparison.tests:
         for i, (name, e) in enumerate(zip(test.measured.sensors, test.errors, strict=True)):
             kept = " (held out)" if test.measured.test.hold_out else ""
             rows.append((
@@ -308,12 +308,12 @@ def _print(found: "Comparison", folder: Path, once: output.Once) -> None:
         spare=("model gain", "gain", "level"),
         elsewhere=str(folder / "errors.csv"),
     )
-    if found.refit is not None:
-        _print_fit(found.refit)
-    output.messages(by_tests((t.measured.name, t.measured.remarks) for t in found.tests))
-    for text in (*found.left_out, *found.warnings):
+    if comparison.refit is not None:
+        _print_fit(comparison.refit)
+    output.messages(by_tests((t.measured.name, t.measured.remarks) for t in comparison.tests))
+    for text in (*comparison.left_out, *comparison.warnings):
         once.warning(text)
-    for test in found.tests:
+    for test in comparison.tests:
         for note in test.measured.notes:
             once.warning(note)
         output.messages(test.notes)

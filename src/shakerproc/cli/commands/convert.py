@@ -137,7 +137,7 @@ def _convert_modes(source: Path, out: Path, given: "ModeOptions") -> None:
     from shakerproc.workflows.mode_sets import convert_modes
 
     with options.usage():
-        found = convert_modes(source, out, given)
-    for note in found.notes:
+        converted = convert_modes(source, out, given)
+    for note in converted.notes:
         output.message(f"note: {note}")
-    output.message(f"{out}: {found.modes} modes at {found.places} places")
+    output.message(f"{out}: {converted.modes} modes at {converted.places} places")

@@ -56,7 +56,7 @@ def _deviation(value: float, published: float | None) -> float | None:
 
 def document_of(
     described: "CouponFile",
-    found: "tuple[NamedMode, ...]",
+    modes: "tuple[NamedMode, ...]",
     stated: "tuple[NamedMode, ...]",
     holes: list[Static],
     plays: list[tuple[float, float]],
@@ -81,7 +81,7 @@ def document_of(
             "inferred": described.inferred,
             "stated_radius_m": described.stated_radius,
         },
-        "modes": _rows(described, found),
+        "modes": _rows(described, modes),
         "modes_at_stated_radius": _rows(described, stated),
         "shell_mesh_convergence": _shell_convergence(described.coupon),
         "modal_equivalent": modal_equivalent(described.coupon, 3),
@@ -90,7 +90,7 @@ def document_of(
     }
 
 
-def _rows(described: "CouponFile", found: "tuple[NamedMode, ...]") -> list[dict[str, Any]]:
+def _rows(described: "CouponFile", modes: "tuple[NamedMode, ...]") -> list[dict[str, Any]]:
     published = published_of(described)
     return [
         {
@@ -103,7 +103,7 @@ def _rows(described: "CouponFile", found: "tuple[NamedMode, ...]") -> list[dict[
                 for model, f in mode.frequencies.items()
             },
         }
-        for mode in found
+        for mode in modes
     ]
 
 
@@ -143,7 +143,7 @@ def _hole_document(said: "StiffnessSection", hole: Static) -> dict[str, Any]:
 
 
 def print_modes(
-    described: "CouponFile", found: "tuple[NamedMode, ...]", stated: "tuple[NamedMode, ...]"
+    described: "CouponFile", modes: "tuple[NamedMode, ...]", stated: "tuple[NamedMode, ...]"
 ) -> None:
     """Print the table of modes, and the one at the stated radius."""
     coupon = described.coupon
@@ -156,21 +156,21 @@ def print_modes(
     how = "inferred: it was fitted to the published frequencies" if described.inferred else ""
     output.data(f"clamped radius {radius}{f' ({how})' if how else ''}")
     source = f", beside {described.modes.source}" if described.modes else ""
-    _print_table(f"natural frequencies [Hz] at {radius}{source}", described, found)
+    _print_table(f"natural frequencies [Hz] at {radius}{source}", described, modes)
     if stated:
         there = f"{1e3 * (described.stated_radius or 0.0):.2f} mm"
         title = f"natural frequencies [Hz] at {there}, which the documents state"
         _print_table(title, described, stated)
 
 
-def _print_table(title: str, described: "CouponFile", found: "tuple[NamedMode, ...]") -> None:
+def _print_table(title: str, described: "CouponFile", modes: "tuple[NamedMode, ...]") -> None:
     from shakerproc.finite_elements.annular_meshes import MODELS
 
-    published, own = published_of(described), COLUMN_OF_CLAMP[described.clamp]
+    published, clamp_column = published_of(described), COLUMN_OF_CLAMP[described.clamp]
     rows = []
-    for mode in found:
+    for mode in modes:
         known = published.get((mode.diameters, mode.circles))
-        off = _deviation(mode.frequencies.get(own, float("nan")), known)
+        off = _deviation(mode.frequencies.get(clamp_column, float("nan")), known)
         cells = [
             mode.diameters,
             mode.circles,
@@ -179,7 +179,7 @@ def _print_table(title: str, described: "CouponFile", found: "tuple[NamedMode, .
             f"{off:+.2f}" if off is not None else None,
         ]
         rows.append(cells)
-    columns = ("diameters", "circles", *MODELS, "published", f"{own}: off by %")
+    columns = ("diameters", "circles", *MODELS, "published", f"{clamp_column}: off by %")
     output.print_table(columns, rows, title=title)
 
 
@@ -187,9 +187,9 @@ def _hertz(value: float | None) -> str | None:
     return None if value is None else f"{value:.1f}"
 
 
-def print_shells(convergence: list[dict[str, Any]], found: "tuple[NamedMode, ...]") -> None:
+def print_shells(convergence: list[dict[str, Any]], modes: "tuple[NamedMode, ...]") -> None:
     """Print the frequencies of three shell meshes."""
-    exact = {(m.diameters, m.circles): m.frequencies["Mindlin"] for m in found}
+    exact = {(m.diameters, m.circles): m.frequencies["Mindlin"] for m in modes}
     rows: list[list[object]] = [
         [row["elements"], *(_hertz(f) for f in row["frequency_hz"])] for row in convergence
     ]
@@ -307,20 +307,20 @@ def coupon(
     described = _with_options(read_coupon(coupon), law, half_angle_deg, plane)
     if model is not None:
         _check_model(model, coupon, described, damping_ratio)
-    found = named_modes(described.coupon, count)
+    modes = named_modes(described.coupon, count)
     stated = _at_stated_radius(described, count)
     holes = [_static(described, axis) for axis in axes_of(described)] if static else []
     plays = _plays(described, temperature_c or [])
-    document = document_of(described, found, stated, holes, plays)
+    document = document_of(described, modes, stated, holes, plays)
     output.write_json(document, json)
-    print_modes(described, found, stated)
-    print_shells(document["shell_mesh_convergence"], found)
+    print_modes(described, modes, stated)
+    print_shells(document["shell_mesh_convergence"], modes)
     for hole in holes:
         print_static(described, hole)
     print_plays(plays)
     folder = output.out_folder(out, f"{coupon.stem}_modes")
     with output.results(folder, "modes"):
-        _write(folder, described, found, holes, document, figures=figures)
+        _write(folder, described, modes, holes, document, figures=figures)
     if model is not None:
         _write_model(model, described, holes, damping_ratio, model_modes, in_plane=in_plane)
     output.message(f"results in {folder}")
@@ -413,7 +413,7 @@ def _plays(described: "CouponFile", temperatures: list[float]) -> list[tuple[flo
 def _write(
     folder: Path,
     described: "CouponFile",
-    found: "tuple[NamedMode, ...]",
+    modes: "tuple[NamedMode, ...]",
     holes: list[Static],
     document: dict[str, Any],
     *,
@@ -424,13 +424,13 @@ def _write(
 
     published = published_of(described)
     columns: dict[str, list[object]] = {
-        "diameters": [m.diameters for m in found],
-        "circles": [m.circles for m in found],
-        "published_hz": [published.get((m.diameters, m.circles)) for m in found],
+        "diameters": [m.diameters for m in modes],
+        "circles": [m.circles for m in modes],
+        "published_hz": [published.get((m.diameters, m.circles)) for m in modes],
     }
     for model in MODELS:
         name = model.lower().replace(", ", "_").replace(" ", "_")
-        columns[f"{name}_hz"] = [m.frequencies.get(model) for m in found]
+        columns[f"{name}_hz"] = [m.frequencies.get(model) for m in modes]
     files.write_csv(folder / "modes.csv", columns)
     if holes:
         every = [(hole, one) for hole in holes for one in (*hole.spread, hole.chosen)]
@@ -448,10 +448,10 @@ def _write(
         )
     files.write_json(folder / "modes.json", document)
     if figures:
-        _draw(folder, described, found)
+        _draw(folder, described, modes)
 
 
-def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]") -> None:
+def _draw(folder: Path, described: "CouponFile", modes: "tuple[NamedMode, ...]") -> None:
     import numpy as np
 
     from shakerproc.finite_elements.annular_plate import mindlin_modes
@@ -462,7 +462,7 @@ def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]")
     coupon, stated = described.coupon, described.stated_radius
     ends = [coupon.clamped_radius, stated or coupon.clamped_radius]
     radii = np.linspace(0.9 * min(ends), min(1.1 * max(ends), 0.9 * coupon.outer_radius), 5)
-    names = [(mode.diameters, mode.circles) for mode in found[:3]]
+    names = [(mode.diameters, mode.circles) for mode in modes[:3]]
     over_clamp = {
         (n, s): [
             float(
@@ -473,7 +473,7 @@ def _draw(folder: Path, described: "CouponFile", found: "tuple[NamedMode, ...]")
         for n, s in names
     }
     with style.look():
-        shapes = mode_shapes(coupon, found, described.title)
+        shapes = mode_shapes(coupon, modes, described.title)
         save(shapes, folder / "mode_shapes.png")
         clamp = frequencies_over_clamp(
             [float(b) for b in radii],

@@ -123,8 +123,8 @@ def _loop(folder: Path, drawings: ExitStack, *, figures: bool) -> dict[str, Any]
     _say("diagnose", model_path, log_path)
     with output.progress("diagnose", 8) as advance:
         diagnosis = diagnose_tests(model, log, tests_of(log, model), progress=advance)
-    found = headline(diagnosis, log.active)
-    show(diagnosis, found, output.Once())
+    diagnosis_headline = headline(diagnosis, log.active)
+    show(diagnosis, diagnosis_headline, output.Once())
     if not diagnosis.effects:
         output.finish(1)
     kind = diagnosis.effects[0].kind
@@ -137,7 +137,7 @@ def _loop(folder: Path, drawings: ExitStack, *, figures: bool) -> dict[str, Any]
     with output.progress("compare", len(log.tests)) as advance:
         after = compare(read_model(new), log, tell=advance)
         before, after = scored_alike(before, after, tell=advance)
-    verdict = _verdict(before, after, found)
+    verdict = _verdict(before, after, diagnosis_headline)
     models = Models(before, after, new=name_of_new(diagnosis))
     files = (("model", model_path), ("model", new), ("test log", log_path))
     documents = [(what, path, sha256(path)) for what, path in files]
@@ -183,10 +183,10 @@ def _drawn(model: Path, log: Path, folder: Path) -> Iterator[None]:
             output.message(f"no figures in {folder}: see shakerproc {' '.join(words)}")
 
 
-def _verdict(before: "Comparison", after: "Comparison", found: str) -> str:
+def _verdict(before: "Comparison", after: "Comparison", left_out: str) -> str:
     was, now = before.held_out or before.error, after.held_out or after.error
     return (
-        f"The model left out a {found} With it, what it does not explain of the test kept "
+        f"The model left out a {left_out} With it, what it does not explain of the test kept "
         f"aside falls from {was:.0%} to {now:.1%}."
     )
 

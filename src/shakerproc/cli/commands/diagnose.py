@@ -22,7 +22,7 @@ def diagnose(
     recordings: options.RecordingsOption = None,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Name the missing effect, how surely, and the next test."""
@@ -68,17 +68,17 @@ def diagnose(
     output.messages(by_tests((test.name, test.remarks) for test in measured))
     for text in models.before.warnings if models is not None else ():
         once.warning(text)
-    document = {**result.as_json(), **options.effects_of(own)}
+    document = {**result.as_json(), **options.effects_of(effects)}
     output.write_json(document, json)
     decays = evidence.decays_judged(known, result, measured, once.warning)
-    found = evidence.Evidence(models, result, inputs, decays)
+    shown = evidence.Evidence(models, result, inputs, decays)
     with output.results(folder, "diagnose"):
         files.write_json(folder / "diagnosis.json", document)
         page = evidence.write_evidence(
             folder,
             log.title,
             f"{headline(result, log.active)} {result.sentence}".strip(),
-            found,
+            shown,
             command=output.command(),
         )
     output.message(f"results in {folder}, report: {page}")

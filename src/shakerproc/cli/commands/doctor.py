@@ -54,22 +54,22 @@ def _effects() -> list[PlugIn]:
     from shakerproc.models import EFFECTS
     from shakerproc.models import own_effects as effects
 
-    found, known = [], dict(EFFECTS.known)
+    plug_ins, known = [], dict(EFFECTS.known)
     for entry in entry_points(group=effects.GROUP):
         try:
             kinds = effects.loaded(entry, known)
         except ShakerprocError as error:
-            found.append(_plug_in(entry, problem=str(error)))
+            plug_ins.append(_plug_in(entry, problem=str(error)))
             continue
         known |= kinds
-        found.append(_plug_in(entry, tuple(kinds)))
-    return found
+        plug_ins.append(_plug_in(entry, tuple(kinds)))
+    return plug_ins
 
 
 def _readers() -> list[PlugIn]:
     from shakerproc.recordings import READERS, opening
 
-    found = []
+    readers = []
     taken = dict.fromkeys(READERS.known, "shakerproc itself")
     for entry in entry_points(group=opening.GROUP):
         ending = f".{entry.name.lower()}"
@@ -79,8 +79,8 @@ def _readers() -> list[PlugIn]:
         except ShakerprocError as error:
             problem = problem or str(error)
         taken.setdefault(ending, f"the package {_package(entry)}")
-        found.append(_plug_in(entry, () if problem else (ending,), problem))
-    return found
+        readers.append(_plug_in(entry, () if problem else (ending,), problem))
+    return readers
 
 
 def _plug_in(entry: EntryPoint, brings: tuple[str, ...] = (), problem: str = "") -> PlugIn:
@@ -174,15 +174,15 @@ def doctor(json: output.JsonOption = None) -> None:
 def _packages() -> list[Package]:
     from importlib import metadata
 
-    found = []
+    packages = []
     for line in metadata.requires("shakerproc") or []:
         requirement, _, marker = line.partition(";")
         match = re.match(r"([A-Za-z0-9._-]+)\s*(.*)", requirement.strip())
         extra = re.search(r"extra == ['\"](\w+)", marker)
         if match is not None:
             name, wanted = match.groups()
-            found.append(Package(name, wanted, _version(name), extra[1] if extra else ""))
-    return found
+            packages.append(Package(name, wanted, _version(name), extra[1] if extra else ""))
+    return packages
 
 
 def _version(name: str) -> str | None:

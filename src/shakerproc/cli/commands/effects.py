@@ -64,7 +64,7 @@ def effects(
         Path | None,
         typer.Option("-o", "--figure", metavar="FILE", help="Picture of the one (PNG)."),
     ] = None,
-    own: options.EffectsOption = None,
+    own_effects: options.EffectsOption = None,
     out: output.OutOption = None,
     json: output.JsonOption = None,
 ) -> None:
@@ -85,7 +85,11 @@ def effects(
     chosen = known if kind is None else {kind: known[kind]}
     documents = {name: one for name, one in listed().items() if name in chosen}
     output.write_json(
-        {"schema": "shakerproc-effects/1", "effects": documents, **options.effects_of(own)},
+        {
+            "schema": "shakerproc-effects/1",
+            "effects": documents,
+            **options.effects_of(own_effects),
+        },
         json,
     )
     if kind is None:

@@ -48,7 +48,7 @@ def forecast(
     figures: options.FiguresOption = True,
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Predict planned tests, with 90 % bands and limits.
@@ -81,7 +81,7 @@ def forecast(
     wish = NotchWish.asked(probability, edges_db_per_octave) if notch else None
     steps = 2 * len(log.tests) + (14 if notch else 4) * max(1, len(log.planned))
     with output.progress("forecast", steps) as advance, options.usage(level="--level"):
-        found = forecast_log(
+        result = forecast_log(
             known,
             log,
             level=level,
@@ -92,25 +92,25 @@ def forecast(
             warn=once.warning,
         )
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
-    measured = [run.measured for run in found.found.evidence.runs]
+    measured = [run.measured for run in result.found.evidence.runs]
     with output.results(folder, "forecast"):
         inputs = inputs_of(documents, measured)
-        page = write_forecast(folder, found, output.command(), inputs, figures=figures)
-    output.write_json({**found.as_json(), **options.effects_of(own)}, json)
-    _print(found, folder)
-    for note in found.found.notes:
+        page = write_forecast(folder, result, output.command(), inputs, figures=figures)
+    output.write_json({**result.as_json(), **options.effects_of(effects)}, json)
+    _print(result, folder)
+    for note in result.found.notes:
         once.warning(note)
     output.message(f"results in {folder}, report: {page}")
     output.print_if(pdf, page)
 
 
-def _print(found: "Forecast", folder: Path) -> None:
+def _print(result: "Forecast", folder: Path) -> None:
     from shakerproc.forecasts import sentences
 
-    output.data(found.sentence)
-    if found.found.step is not None:
-        print_step(found.found.step)
-    for one in found.found.tests:
+    output.data(result.sentence)
+    if result.found.step is not None:
+        print_step(result.found.step)
+    for one in result.found.tests:
         output.print_table(
             ("of", "quantity", "value", "low", "high", "linear", "unit"),
             _rows(one),
@@ -133,8 +133,8 @@ def print_step(step: "LastStep") -> None:
     names = ("predicted", *(("low", "high") if band else ()), "measured", "unit", "error [dB]")
     rows = []
     for one in step.values:
-        told = (one.predicted, *((one.low, one.high) if band else ()), one.measured)
-        unit, values = as_shown(one.unit, *told)
+        cells = (one.predicted, *((one.low, one.high) if band else ()), one.measured)
+        unit, values = as_shown(one.unit, *cells)
         what = one.what.replace("_hz", "").replace("_", " ")
         rows.append((one.response, what, *values, unit, f"{one.error_db:+.2f}"))
     title = f"Test {step.test}, predicted and measured"

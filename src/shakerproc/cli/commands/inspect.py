@@ -47,8 +47,8 @@ def inspect(
     except SpectraError as error:
         document = {"schema": SCHEMA, "file": recording, "groups": [], "notes": []}
         output.write_json(document | {"holds": error.holds, "error": str(error)}, json)
-        told = f"{recording.name}: no samples over time: {error.holds}"
-        output.data(told)
+        text = f"{recording.name}: no samples over time: {error.holds}"
+        output.data(text)
         return
     groups, notes = whole.contents
     try:
@@ -60,8 +60,8 @@ def inspect(
             | {"notes": notes, "error": str(error)},
             json,
         )
-        for found in (one for one in groups if one.channels):
-            _show_group(found)
+        for group in (one for one in groups if one.channels):
+            _show_group(group)
         raise
 
 
@@ -99,10 +99,10 @@ def _show(
     )
     _summary(recording, path, fingerprint)
     _channels(recording, levels)
-    for found in groups:
+    for group in groups:
         if len(groups) > 1:
-            output.data(f"group {_described(found)}")
-        _measurements(found)
+            output.data(f"group {_described(group)}")
+        _measurements(group)
     for note in (*recording.notes, *unused_lines(recording.unused)):
         output.data(f"note: {note}")
     _health(flags, looked=health)
@@ -213,8 +213,8 @@ def _measurements(group: "RawGroup") -> None:
     from shakerproc.recordings.choosing import measurement_text
 
     for number, part in enumerate(group.measurements, 1):
-        apart = f", another {group.differs[number - 2]}" if number > 1 else ""
-        output.data(f"measurement {number}: {measurement_text(part)}{apart}")
+        difference = f", another {group.differs[number - 2]}" if number > 1 else ""
+        output.data(f"measurement {number}: {measurement_text(part)}{difference}")
     if group.more:
         output.data(f"and {group.more} more measurements")
 
@@ -230,5 +230,5 @@ def _show_group(group: "RawGroup") -> None:
     output.print_table(columns, rows)
 
 
-def _count(found: Sequence[object]) -> str:
-    return f"{len(found)} channel{'s' * (len(found) != 1)}"
+def _count(channels: Sequence[object]) -> str:
+    return f"{len(channels)} channel{'s' * (len(channels) != 1)}"

@@ -104,8 +104,8 @@ def modal(
     check_result_folder(folder, "modal")
     total = len(tests) + (0 if other is None else len(other.active))
     with output.progress("modes", total) as advance:
-        found = modes_of(read, tests, wish, other, advance)
-    analysis, document = found.found, found.as_json()
+        modes = modes_of(read, tests, wish, other, advance)
+    analysis, document = modes.found, modes.as_json()
     output.write_json(document, json)
     print_analysis(analysis)
     logs = [log, *([against] if against else [])]

@@ -398,13 +398,13 @@ def _velocities(model: "Model", texts: Sequence[str]) -> dict[str, float]:
     from shakerproc.model_files.exchanged import check_places
     from shakerproc.units import to_si
 
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for text in texts:
         place, _, value = text.partition("=")
         with options.refused("--velocity"):
-            found[place.strip()] = to_si(value.strip(), "m/s")
-    check_places(model, list(found))
-    return found
+            values[place.strip()] = to_si(value.strip(), "m/s")
+    check_places(model, list(values))
+    return values
 
 
 def _length(text: str | None) -> float | None:

@@ -131,10 +131,10 @@ def _suggested(diagnosis: Path, log: "TestLog") -> "tuple[Test, ...]":
         raise LogError(
             f"{diagnosis}: no JSON: {error}; write it with diagnose --json"
         ) from error
-    found = suggested_tests(document, log, str(diagnosis))
-    if not found:
+    tests = suggested_tests(document, log, str(diagnosis))
+    if not tests:
         output.message(f"{diagnosis} asks for no further test")
-    return found
+    return tests
 
 
 def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
@@ -146,12 +146,12 @@ def _rehearse(model: Path, testlog: Path, folder: Path) -> None:
 
     log = read_testlog(testlog)
     with output.progress("simulate", len(log.active)) as advance:
-        found = rehearse_campaign(
+        recordings = rehearse_campaign(
             read_model(model), log, Staging(),
             folder=folder, overwrite=True, advance=advance, warn=output.warning,
         )  # fmt: skip
     output.message(
-        f"{len(found)} recordings simulated: shakerproc batch {folder / testlog.name}"
+        f"{len(recordings)} recordings simulated: shakerproc batch {folder / testlog.name}"
     )
 
 
@@ -264,8 +264,8 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
         raise typer.BadParameter(
             "--temperature and --coupon go together", param_hint="--temperature"
         )
-    found = read_coupon(coupon)
-    if found.fit is None:
+    coupon_file = read_coupon(coupon)
+    if coupon_file.fit is None:
         raise typer.BadParameter(
             f"{coupon} has no joint: the bushing's size and material", param_hint="--coupon"
         )
@@ -275,7 +275,9 @@ def _warming(coupon: Path | None, temperature: str | None) -> "Warming | None":
         raise typer.BadParameter(
             f"{temperature} is below absolute zero", param_hint="--temperature"
         )
-    return Warming(found.fit, found.coupon.thickness, kelvin - found.reference)
+    return Warming(
+        coupon_file.fit, coupon_file.coupon.thickness, kelvin - coupon_file.reference
+    )
 
 
 def _write(
@@ -352,11 +354,11 @@ def _print(plans: "Sequence[PlannedTest]", wish: "PlanWish", folder: Path) -> No
 
 def _remarks(plans: "Sequence[PlannedTest]") -> dict[str, list[str]]:
     """Return every remark with the tests that it is about."""
-    found: dict[str, list[str]] = {}
+    columns: dict[str, list[str]] = {}
     for planned in plans:
         for text in planned.warnings:
-            found.setdefault(text, []).append(str(planned.test.id))
-    return found
+            columns.setdefault(text, []).append(str(planned.test.id))
+    return columns
 
 
 def _row(planned: "PlannedTest", moving: str) -> tuple[object, ...]:

@@ -113,17 +113,17 @@ def _logged(log_path: Path, wanted: str | None, recording: Path) -> "Test":
         if test.recording is not None and test.recording.resolve() == resolved:
             return test
     whose = [f"test {t.id} ({t.recording})" for t in log.tests if recording.name in _files(t)]
-    told = f", but a file of that name belongs to {' and '.join(whose[:3])}" if whose else ""
+    text = f", but a file of that name belongs to {' and '.join(whose[:3])}" if whose else ""
     raise LogError(
-        f"{log_path}: no test has the recording {recording}{told}. Give the path of the test's "
+        f"{log_path}: no test has the recording {recording}{text}. Give the path of the test's "
         "recording, or name the test with --test."
     )
 
 
 def _files(test: "Test") -> set[str]:
     """Return the names of the files of a test, with those that follow and those beside."""
-    beside = (one.recording for one in test.beside)
-    return {Path(one).name for one in (test.recording, *test.continued, *beside) if one}
+    further = (one.recording for one in test.beside)
+    return {Path(one).name for one in (test.recording, *test.continued, *further) if one}
 
 
 def _controls(wanted: list[str] | None, log: Path | None) -> tuple[str, ...] | None:

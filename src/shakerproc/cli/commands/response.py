@@ -64,7 +64,7 @@ def response(
     ] = None,
     figures: options.FiguresOption = True,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Compute the frequency response of a model, all branches.
@@ -86,23 +86,25 @@ def response(
     check_result_folder(Path(f"{model.stem}_response") if out is None else out, "response")
     shaken, digest = _read(model)
     amplitude = _level(shaken, level)
-    found = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
+    result = _sharp(_response(shaken, amplitude, from_hz, to_hz, harmonics))
     _check_sensor(shaken, sensor)
     others = []
     if branches:
-        others = [b for main in found.branches for b in hb.branches_off(main, found.band)]
+        others = [b for main in result.branches for b in hb.branches_off(main, result.band)]
     for order in subharmonic or []:
-        others += hb.subharmonic_branches(found, order, harmonics=min(harmonics, 31))
+        others += hb.subharmonic_branches(result, order, harmonics=min(harmonics, 31))
     others = [hb.sharpened(branch) for branch in others]
-    free = _backbone(found, harmonics) if backbone else None
+    free = _backbone(result, harmonics) if backbone else None
     folder = output.out_folder(out, f"{model.stem}_response")
     with output.results(folder, "response"):
-        _write(found, tuple(others), free, folder, sensor if figures else None, figures=figures)
-    document = _document(found, tuple(others), free)
+        _write(
+            result, tuple(others), free, folder, sensor if figures else None, figures=figures
+        )
+    document = _document(result, tuple(others), free)
     output.write_json(
-        {**_provenance(model, digest, level), **options.effects_of(own), **document}, json
+        {**_provenance(model, digest, level), **options.effects_of(effects), **document}, json
     )
-    _print(found, tuple(others), level, sensor)
+    _print(result, tuple(others), level, sensor)
     output.message(f"results in {folder}")
 
 
@@ -190,15 +192,15 @@ def _response(
     )
 
 
-def _sharp(found: "Response") -> "Response":
+def _sharp(result: "Response") -> "Response":
     from dataclasses import replace
 
     from shakerproc.simulation.harmonic_balance import sharpened
 
-    return replace(found, branches=tuple(sharpened(branch) for branch in found.branches))
+    return replace(result, branches=tuple(sharpened(branch) for branch in result.branches))
 
 
-def _backbone(found: "Response", harmonics: int) -> "Backbone | None":
+def _backbone(result: "Response", harmonics: int) -> "Backbone | None":
     """Return the backbone up to the largest motion; None, with a warning, if there is none."""
     import numpy as np
 
@@ -206,21 +208,21 @@ def _backbone(found: "Response", harmonics: int) -> "Backbone | None":
     from shakerproc.simulation.harmonic_balance import backbone
     from shakerproc.simulation.harmonic_balance.branch import is_linear
 
-    if is_linear(found.branches[0].balance.system):
+    if is_linear(result.branches[0].balance.system):
         output.message("linear: the frequency of free motion does not depend on its amplitude")
         return None
     largest = max(
-        float(np.max(np.sum(np.abs(b.coefficients), axis=-1))) for b in found.branches
+        float(np.max(np.sum(np.abs(b.coefficients), axis=-1))) for b in result.branches
     )
     try:
-        return backbone(found.model, (1e-3 * largest, 1.2 * largest), harmonics=harmonics)
+        return backbone(result.model, (1e-3 * largest, 1.2 * largest), harmonics=harmonics)
     except SimulationError as error:
         output.warning(str(error))
         return None
 
 
 def _write(
-    found: "Response",
+    result: "Response",
     others: "tuple[Branch, ...]",
     free: "Backbone | None",
     folder: Path,
@@ -231,7 +233,7 @@ def _write(
     from shakerproc import files
     from shakerproc.simulation.harmonic_balance import response_columns
 
-    files.write_csv(folder / "response.csv", response_columns(found, others))
+    files.write_csv(folder / "response.csv", response_columns(result, others))
     if free is not None:
         files.write_csv(
             folder / "backbone.csv",
@@ -247,7 +249,7 @@ def _write(
         from shakerproc.report.models.curves import response_figure
 
         with style.look():
-            save(response_figure(found, others, free, sensor), folder / "response.png")
+            save(response_figure(result, others, free, sensor), folder / "response.png")
 
 
 def _provenance(path: Path, digest: str, level: str) -> dict[str, object]:
@@ -263,15 +265,15 @@ def _provenance(path: Path, digest: str, level: str) -> dict[str, object]:
 
 
 def _document(
-    found: "Response", others: "tuple[Branch, ...]", free: "Backbone | None"
+    result: "Response", others: "tuple[Branch, ...]", free: "Backbone | None"
 ) -> dict[str, object]:
     from shakerproc.simulation.harmonic_balance import gap_severity, response_columns
 
     return {
-        "title": found.model.title,
-        "band_hz": found.band,
-        "harmonics": int(found.branches[0].balance.harmonics[-1]),
-        "force_over_gap_closing_force": gap_severity(found.model, found.level),
+        "title": result.model.title,
+        "band_hz": result.band,
+        "harmonics": int(result.branches[0].balance.harmonics[-1]),
+        "force_over_gap_closing_force": gap_severity(result.model, result.level),
         "branches": [
             {
                 "order": branch.balance.order,
@@ -279,10 +281,10 @@ def _document(
                 "ended": branch.ended,
                 "marks": branch.marks,
             }
-            for branch in (*found.branches, *others)
+            for branch in (*result.branches, *others)
         ],
-        "not_followed": found.not_followed,
-        "points": response_columns(found, others),
+        "not_followed": result.not_followed,
+        "points": response_columns(result, others),
         "backbone": None
         if free is None
         else {
@@ -294,18 +296,18 @@ def _document(
 
 
 def _print(
-    found: "Response", others: "tuple[Branch, ...]", level: str, sensor: str | None
+    result: "Response", others: "tuple[Branch, ...]", level: str, sensor: str | None
 ) -> None:
     from shakerproc.simulation import harmonic_balance as hb
 
-    sensors = hb.sensors_of_model(found.model)
+    sensors = hb.sensors_of_model(result.model)
     name = sensor or next(iter(sensors))
-    unit = found.model.sensor_unit(sensors[name])
+    unit = result.model.sensor_unit(sensors[name])
     output.data(
-        f"{found.model.title}: {level}, {numeral(found.band[0], 4)} to "
-        f"{numeral(found.band[1], 4)} Hz"
+        f"{result.model.title}: {level}, {numeral(result.band[0], 4)} to "
+        f"{numeral(result.band[1], 4)} Hz"
     )
-    for joint, severity in hb.gap_severity(found.model, found.level).items():
+    for joint, severity in hb.gap_severity(result.model, result.level).items():
         output.data(f"{joint}: F / (k a) = {numeral(severity, 4)}")
     output.print_table(
         (
@@ -327,10 +329,10 @@ def _print(
                 "stable" if point.stable else "unstable",
                 point.largest_multiplier,
             )
-            for point in hb.notable_points(found, name, others)
+            for point in hb.notable_points(result, name, others)
         ],
     )
-    for number, branch in enumerate((*found.branches, *others), start=1):
+    for number, branch in enumerate((*result.branches, *others), start=1):
         output.data(f"branch {number}: {branch.ended}")
-    for sentence in found.not_followed:
+    for sentence in result.not_followed:
         output.data(f"not followed: {sentence}")

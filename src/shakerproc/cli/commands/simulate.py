@@ -82,7 +82,7 @@ def simulate(
         bool, typer.Option("--overwrite", help="Replace recordings that are there.")
     ] = False,
     out: output.OutOption = None,
-    own: options.EffectsOption = None,
+    effects: options.EffectsOption = None,
     json: output.JsonOption = None,
 ) -> None:
     """Write the recordings that a log describes, from a model.
@@ -120,19 +120,21 @@ def simulate(
         shaken, model_hash = read_hashed(read_model, model)
         output.say_planned_tests(log)
         with output.progress("simulate", len(wanted or log.active)) as advance:
-            found = rehearse_campaign(
+            recordings = rehearse_campaign(
                 shaken, log, staging, folder=out, wanted=wanted, overwrite=overwrite,
                 advance=advance, warn=output.warning,
             )  # fmt: skip
     else:
         shaken, model_hash = read_hashed(read_model, model)
         one, driven_by = _respond(shaken, excitation, staging, out, overwrite=overwrite)
-        found = [one]
+        recordings = [one]
     inputs = {model.name: model_hash, excitation.name: driven_by}
-    output.write_json({**_document(inputs, seed, found), **options.effects_of(own)}, json)
-    _print(found, shaken.motion)
+    output.write_json(
+        {**_document(inputs, seed, recordings), **options.effects_of(effects)}, json
+    )
+    _print(recordings, shaken.motion)
     place = excitation.parent if out is None else out
-    output.message(f"{len(found)} recording{'s' * (len(found) != 1)} below {place}")
+    output.message(f"{len(recordings)} recording{'s' * (len(recordings) != 1)} below {place}")
 
 
 def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
@@ -145,7 +147,7 @@ def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
     """
     from shakerproc.units import to_si
 
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for text in texts:
         for unit in QUANTITIES:
             try:
@@ -154,14 +156,14 @@ def _quantities(texts: "Sequence[str]", option: str) -> dict[str, float]:
                 continue
             if value < 0.0:
                 raise typer.BadParameter(f"{text} is below 0", param_hint=option)
-            found[unit] = value
+            values[unit] = value
             break
         else:
             raise typer.BadParameter(
                 f'expected a quantity such as "5 mg", "0.1 N" or "1 um", not {text!r}',
                 param_hint=option,
             )
-    return found
+    return values
 
 
 def _respond(
@@ -192,7 +194,7 @@ def _respond(
 
 
 def _document(
-    inputs: "Mapping[str, str]", seed: int, found: "Sequence[Mapping[str, object]]"
+    inputs: "Mapping[str, str]", seed: int, recordings: "Sequence[Mapping[str, object]]"
 ) -> dict[str, object]:
     from shakerproc import __version__
 
@@ -201,16 +203,16 @@ def _document(
         "shakerproc": __version__,
         "inputs": inputs,
         "seed": seed,
-        "recordings": found,
+        "recordings": recordings,
     }
 
 
-def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
+def _print(recordings: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
     from shakerproc.models.motion import shown_in
 
     unit, factor = shown_in("m", motion)
     rows = []
-    for one in found:
+    for one in recordings:
         moved = one["largest_relative_displacement_m"]
         most = max(moved.values()) if isinstance(moved, dict) else None
         rows.append((
@@ -221,7 +223,7 @@ def _print(found: "Sequence[Mapping[str, object]]", motion: "Motion") -> None:
         ("test", "recording", "takes [s]", f"largest motion [{unit}]", "switchings",
          "growth of 1e-10", "remark"),
         rows)  # fmt: skip
-    if any(one["chaotic"] for one in found):
+    if any(one["chaotic"] for one in recordings):
         output.warning(
             "chaotic motion: any model of it agrees with these recordings in statistics only"
         )

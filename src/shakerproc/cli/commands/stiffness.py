@@ -61,19 +61,19 @@ def stiffness(
             param_hint="--from-share",
         )
     specimens = _specimens(runs)
-    found = [
+    stiffnesses = [
         _of_specimen(pulled, last, sample, force_n, from_share, to_share)
         for pulled in specimens.values()
     ]
-    warnings = _warnings(found, last)
-    document = _document(found, list(specimens.values()), warnings, last, sample, force_n)
+    warnings = _warnings(stiffnesses, last)
+    document = _document(stiffnesses, list(specimens.values()), warnings, last, sample, force_n)
     output.write_json(document, json)
-    _print(found, last)
+    _print(stiffnesses, last)
     for text in warnings:
         output.warning(text)
     folder = output.out_folder(out, "stiffness_results")
     with output.results(folder, "stiffness"):
-        _write(folder, found, list(specimens.values()), document, last, figures=figures)
+        _write(folder, stiffnesses, list(specimens.values()), document, last, figures=figures)
     output.message(f"results in {folder}")
 
 
@@ -137,17 +137,19 @@ def _of_specimen(
         raise ExchangeError(str(error)) from error
 
 
-def _warnings(found: "list[JointStiffness]", last: int) -> list[str]:
+def _warnings(stiffnesses: "list[JointStiffness]", last: int) -> list[str]:
     from shakerproc.exchange.tensile import indistinguishable
 
-    texts = [STIFFENING.format(specimen=one.specimen) for one in found if not one.settled]
-    if last > 1 and indistinguishable(found, last=last):
+    texts = [
+        STIFFENING.format(specimen=one.specimen) for one in stiffnesses if not one.converged
+    ]
+    if last > 1 and indistinguishable(stiffnesses, last=last):
         texts.append(ALIKE)
     return texts
 
 
 def _document(
-    found: "list[JointStiffness]",
+    stiffnesses: "list[JointStiffness]",
     specimens: "list[list[TensileRun]]",
     warnings: list[str],
     last: int,
@@ -170,16 +172,16 @@ def _document(
                 "k_slope_n_per_m": one.slope,
                 "k_secant_of_runs_n_per_m": one.secants,
                 "k_slope_of_runs_n_per_m": one.slopes,
-                "settled": one.settled,
+                "settled": one.converged,
             }
-            for one, pulled in zip(found, specimens, strict=True)
+            for one, pulled in zip(stiffnesses, specimens, strict=True)
         ],
         "warnings": warnings,
     }
 
 
-def _print(found: "list[JointStiffness]", last: int) -> None:
-    for one in found:
+def _print(stiffnesses: "list[JointStiffness]", last: int) -> None:
+    for one in stiffnesses:
         first = len(one.secants) - last
         rows = [
             (
@@ -209,7 +211,7 @@ def _bounds(low: float, high: float) -> str:
 
 def _write(
     folder: Path,
-    found: "list[JointStiffness]",
+    stiffnesses: "list[JointStiffness]",
     specimens: "list[list[TensileRun]]",
     document: dict[str, Any],
     last: int,
@@ -221,7 +223,7 @@ def _write(
     files.write_json(folder / "stiffness.json", document)
     every = [
         (one, run.name, secant, slope)
-        for one, pulled in zip(found, specimens, strict=True)
+        for one, pulled in zip(stiffnesses, specimens, strict=True)
         for run, secant, slope in zip(pulled, one.secants, one.slopes, strict=True)
     ]
     files.write_csv(
@@ -240,8 +242,8 @@ def _write(
         from shakerproc.report.figures.to_png import save
         from shakerproc.report.models.coupon import all_runs, last_runs
 
-        for number, (one, pulled) in enumerate(zip(found, specimens, strict=True), 1):
-            end = f"_{number}" if len(found) > 1 else ""
+        for number, (one, pulled) in enumerate(zip(stiffnesses, specimens, strict=True), 1):
+            end = f"_{number}" if len(stiffnesses) > 1 else ""
             with style.look():
                 save(all_runs(pulled, one), folder / f"all_runs{end}.png")
                 save(last_runs(pulled, one, last), folder / f"last_runs{end}.png")

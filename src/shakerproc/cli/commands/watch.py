@@ -128,8 +128,8 @@ def watch(
             document = watched.last()
     counts = document.get("counts", {})
     output.write_json(document, json)
-    told = ", ".join(f"{n} {kind}" for kind, n in counts.items() if n)
-    output.data(told or "nothing processed")
+    text = ", ".join(f"{n} {kind}" for kind, n in counts.items() if n)
+    output.data(text or "nothing processed")
     if counts.get("failed"):
         output.finish(1)
 
@@ -144,15 +144,15 @@ def _forecast(model: Path, folder: Path, log: "TestLog") -> None:
     if not log.planned:
         return
     try:
-        found = forecast_log(read_model(model), log, earlier=earlier_document(folder))
+        forecast = forecast_log(read_model(model), log, earlier=earlier_document(folder))
     except ShakerprocError as error:
         output.message(f"no forecast: {error}")
         return
     folder.mkdir(parents=True, exist_ok=True)
-    write_forecast(folder, found, output.command(), [], figures=False)
-    output.data(f"forecast: {found.sentence}")
-    if found.found.step is not None:
-        print_step(found.found.step)
+    write_forecast(folder, forecast, output.command(), [], figures=False)
+    output.data(f"forecast: {forecast.sentence}")
+    if forecast.found.step is not None:
+        print_step(forecast.found.step)
 
 
 def _logs(folder: Path, log: Path | None, said: "Sampling") -> "Callable[..., TestLog | None]":

@@ -112,11 +112,11 @@ class HertzContact(AbstractMemorylessEffect):
         return by_displacement, by_velocity
 
     def switches(self) -> tuple[Switch, ...]:
-        found = [Switch("displacement", side * self.clearance) for side in self.directions]
+        places = [Switch("displacement", side * self.clearance) for side in self.directions]
         if self.restitution_loss > 0.0:
             fastest = 1.0 / self.velocity_factor
-            found += [Switch("velocity", -side * fastest) for side in self.directions]
-        return tuple(sorted(found, key=lambda switch: (switch.variable, switch.at)))
+            places += [Switch("velocity", -side * fastest) for side in self.directions]
+        return tuple(sorted(places, key=lambda switch: (switch.variable, switch.at)))
 
     @classmethod
     def identification(cls, at: JointScales) -> Identification:

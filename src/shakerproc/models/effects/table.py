@@ -89,7 +89,7 @@ class Table(AbstractMemorylessEffect):
         return (_row(self.displacement, self.velocity, self.force),)
 
     def remark(self, displacement: FloatArray, velocity: FloatArray) -> str | None:
-        left = [
+        ranges = [
             f"{name} reached {numeral(np.min(motion))} to {numeral(np.max(motion))} {unit}, "
             f"the table {numeral(known[0])} to {numeral(known[-1])}"
             for name, unit, motion, known in (
@@ -98,7 +98,7 @@ class Table(AbstractMemorylessEffect):
             )
             if len(known) > 1 and (np.min(motion) < known[0] or np.max(motion) > known[-1])
         ]
-        return f"{'; '.join(left)}: beyond it the force goes on straight" if left else None
+        return f"{'; '.join(ranges)}: beyond it the force goes on straight" if ranges else None
 
     def _spline(self) -> SplineTable:
         return _table(self.displacement, self.velocity, self.force)

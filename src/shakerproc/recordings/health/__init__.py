@@ -65,12 +65,12 @@ def health(recording: Recording, *, block: int = 2**17) -> tuple[Flag, ...]:
         finite = gaps.add(number * block, samples)
         for check in looking:
             check.add(number * block, finite)
-    found = [*file_flags(recording), *gaps.flags()]
+    flags = [*file_flags(recording), *gaps.flags()]
     for check in looking:
-        found += check.flags()
-    clipped = {flag.channel for flag in found if flag.kind == "clipping"}
-    found = [f for f in found if f.kind != "short tails" or f.channel not in clipped]
-    return tuple(sorted(found, key=lambda flag: (flag.start, flag.channel, flag.kind)))
+        flags += check.flags()
+    clipped = {flag.channel for flag in flags if flag.kind == "clipping"}
+    flags = [f for f in flags if f.kind != "short tails" or f.channel not in clipped]
+    return tuple(sorted(flags, key=lambda flag: (flag.start, flag.channel, flag.kind)))
 
 
 def unusable(

@@ -161,10 +161,10 @@ class _Side:
         values = near[near < top] if near.size > 1 else near[:0]
         if not values.size:
             values = samples[samples < top]
-        beside = float(values.max()) if values.size else -np.inf
+        largest = float(values.max()) if values.size else -np.inf
         counts = {top: int(np.count_nonzero(near == top))}
         if values.size:
-            counts[beside] = int(np.count_nonzero(values == beside))
+            counts[largest] = int(np.count_nonzero(values == largest))
         if self.count:
             counts[self.value] = counts.get(self.value, 0) + self.count
         if self.next_count:
@@ -223,14 +223,14 @@ class Extremes(AbstractHealthCheck):
             low.add(first, -samples)
 
     def flags(self) -> list[Flag]:
-        found = []
+        flags = []
         rate = self._recording.sample_rate
         for channel, sides in zip(self._recording.channels, self._sides, strict=True):
             hit = [side for side in sides if side.is_clipped(self._recording.n_samples)]
             if hit:
                 limits = " and ".join(f"{side.sign * side.value:.6g}" for side in hit)
                 count = sum(side.count for side in hit)
-                found.append(
+                flags.append(
                     Flag(
                         "clipping",
                         channel.name,
@@ -241,7 +241,7 @@ class Extremes(AbstractHealthCheck):
                         count / rate,
                     )
                 )
-        return found
+        return flags
 
 
 @final
@@ -284,13 +284,13 @@ class ShortTails(AbstractHealthCheck):
         if not self._moments:
             return []
         moments = np.array(self._moments)
-        found = []
+        flags = []
         for number, row in enumerate(self._rows):
             lack = self._lack(number, moments[:, :, number])
             if lack is not None:
-                found.append(self._flag(row, lack))
+                flags.append(self._flag(row, lack))
         # what limits two sensors is mechanical: friction, or a drive that is limited itself
-        return found if len(found) == 1 else []
+        return flags if len(flags) == 1 else []
 
     def _lack(self, number: int, moments: FloatArray) -> float | None:
         """Return the lack of kurtosis that nothing but a limit explains, if there is one."""

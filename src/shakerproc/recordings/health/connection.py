@@ -140,21 +140,21 @@ class _Averages:
         It is 1 of a tone that stands still, 2 of noise (its power is spread exponentially),
         and K over the pieces that hold it of what passes by; 0 where there is no power.
         """
-        found: FloatArray = np.zeros_like(self.power)
-        np.divide(self.pieces * self.fourth, self.power**2, out=found, where=self.power > 0.0)
-        return found
+        values: FloatArray = np.zeros_like(self.power)
+        np.divide(self.pieces * self.fourth, self.power**2, out=values, where=self.power > 0.0)
+        return values
 
     def coherent(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which channels share a motion with any other."""
-        found = np.zeros(self.moved.size, dtype=bool)
+        mask = np.zeros(self.moved.size, dtype=bool)
         for reference in range(len(self.cross)):
             for row in range(reference + 1, self.moved.size):
-                if found[reference] and found[row]:
+                if mask[reference] and mask[row]:
                     continue  # another pair has shown it of both
                 if self.moved[reference] and self.moved[row]:
                     chance = self._p_value(row, reference, keep)
-                    found[[reference, row]] |= chance < SIGNIFICANCE
-        return found
+                    mask[[reference, row]] |= chance < SIGNIFICANCE
+        return mask
 
     def _p_value(self, row: int, reference: int, keep: NDArray[np.bool_]) -> float:
         """Return how likely chance makes coherences as large, at one frequency or at all.
@@ -166,14 +166,14 @@ class _Averages:
         used = np.flatnonzero(keep & (product > 0.0))
         if not used.size:
             return 1.0
-        left = (
+        unexplained = (
             1.0 - np.abs(self.cross[reference][row - reference - 1, used]) ** 2 / product[used]
         )
-        depth = -(self.pieces - 1) * np.log(np.clip(left, 1e-300, 1.0))
+        depth = -(self.pieces - 1) * np.log(np.clip(unexplained, 1e-300, 1.0))
         tries = 2.0 * len(self.cross)
         at_one = used.size * float(np.exp(-depth.max()))
-        apart = depth[::APART]
-        at_all = float(scipy.special.gammaincc(apart.size, apart.sum()))
+        independent = depth[::APART]
+        at_all = float(scipy.special.gammaincc(independent.size, independent.sum()))
         return min(1.0, tries * min(at_one, at_all))
 
 
@@ -235,9 +235,9 @@ class Connection(AbstractHealthCheck):
             for other, at in enumerate(self._rows)
             if self._recording.channels[at].unit == unit
         )
-        own = self._spread(row)
+        spread = self._spread(row)
         quietest = min(self._spread(other) for other in range(len(self._rows)))
-        return own * LOUDER <= largest or quietest * LOUDER > largest
+        return spread * LOUDER <= largest or quietest * LOUDER > largest
 
     def _is_noise_or_hum(self, row: int) -> bool:
         """Return whether half of its power is noise or hum, as of an open input.
@@ -269,8 +269,8 @@ class Connection(AbstractHealthCheck):
 
     def _connected(self) -> NDArray[np.bool_]:
         """Return which channels share a motion with any other."""
-        found = [one.coherent(self._without_hum(one)) for one in self._averages]
-        return np.asarray(np.any(found, axis=0))
+        coherent = [one.coherent(self._without_hum(one)) for one in self._averages]
+        return np.asarray(np.any(coherent, axis=0))
 
     def _caught_enough(self) -> NDArray[np.bool_]:
         """Return which channels the pieces show as they are, and not between two blows."""
@@ -299,8 +299,8 @@ class Connection(AbstractHealthCheck):
     def _reach(self, row: int) -> FloatArray:
         """Return the share of each channel's power below half the own rate of one [-]."""
         averages, rate = self._averages[-1], self._recording.sample_rate
-        own = self._recording.channels[self._rows[row]].own_rate or rate
-        below = np.arange(averages.power.shape[1]) * rate / averages.size <= own / 2.0
+        channel_rate = self._recording.channels[self._rows[row]].own_rate or rate
+        below = np.arange(averages.power.shape[1]) * rate / averages.size <= channel_rate / 2.0
         return _share(averages.power, below)
 
     def _without_hum(self, averages: _Averages) -> NDArray[np.bool_]:
@@ -328,12 +328,12 @@ class Connection(AbstractHealthCheck):
         channel = recording.channels[self._rows[row]]
         spread = self._spread(row)
         hum, mains = max((self._hum(row, mains), mains) for mains in MAINS)
-        told = f", {hum:.0%} of its power mains hum ({mains:g} Hz)" if hum > HUM else ""
+        text = f", {hum:.0%} of its power mains hum ({mains:g} Hz)" if hum > HUM else ""
         time = recording.duration
         return Flag(
             "open input",
             channel.name,
-            f"Noise of {numeral(spread)} {channel.unit} rms{told} that has nothing in common "
+            f"Noise of {numeral(spread)} {channel.unit} rms{text} that has nothing in common "
             "with any other channel: nothing is connected, a cable is broken, or the sensor "
             "sits where nothing moves. Check it, or give the channel the role ignore.",
             0.0,

@@ -140,7 +140,7 @@ class CrossChannel(AbstractHealthCheck):
 
     def _opposed(self) -> list[Flag]:
         """Return the channels that move against the first control where they cannot."""
-        found = []
+        flags = []
         for row, channel in enumerate(self._recording.channels):
             if not self._controls or row == self._controls[0]:
                 continue
@@ -148,7 +148,7 @@ class CrossChannel(AbstractHealthCheck):
                 self._is_opposed(row)
             ):
                 control = self._recording.channels[self._controls[0]].name
-                found.append(
+                flags.append(
                     self._flag(
                         "polarity",
                         channel.name,
@@ -156,7 +156,7 @@ class CrossChannel(AbstractHealthCheck):
                         "move together. Turn the sensor round, or its sign.",
                     )
                 )
-        return found
+        return flags
 
     def _out_of_proportion(self) -> list[Flag]:
         """Return the channels that follow the first control with a gain far from 1.

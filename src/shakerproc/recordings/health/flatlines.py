@@ -190,10 +190,10 @@ class Flatlines(AbstractHealthCheck):
             channel.add(first, samples)
 
     def flags(self) -> list[Flag]:
-        found = []
+        flags = []
         for row, runs in enumerate(self._channels):
-            found += self._judge(row, runs)
-        return found
+            flags += self._judge(row, runs)
+        return flags
 
     def _judge(self, row: int, runs: _ConstantRuns) -> list[Flag]:
         name = self._recording.channels[row].name
@@ -212,8 +212,8 @@ class Flatlines(AbstractHealthCheck):
             run for run in runs.long
             if run.length >= limit and run.start > 0 and not runs.is_rest(run)
         ]  # fmt: skip
-        found = self._tail(name, runs, usual) + self._inside(name, inside, often)
-        return [] if found and self._rests_after_a_shock(row, runs, limit) else found
+        runs_found = self._tail(name, runs, usual) + self._inside(name, inside, often)
+        return [] if runs_found and self._rests_after_a_shock(row, runs, limit) else runs_found
 
     def _rests_after_a_shock(self, row: int, runs: _ConstantRuns, limit: int) -> bool:
         """Return whether nothing but a shock comes before the first rest at exactly 0.
@@ -331,12 +331,12 @@ class Drift(AbstractHealthCheck):
         slopes = (means - means.mean(axis=1, keepdims=True)) @ time / (time @ time)
         rest = means - means.mean(axis=1, keepdims=True) - np.outer(slopes, time)
         error = np.sqrt(np.sum(rest**2, axis=1) / (PARTS - 2) / (time @ time))
-        found = []
+        flags = []
         for row, channel in enumerate(self._recording.channels):
             change = abs(slopes[row])
             relative = change / spread[row] if spread[row] else 0.0
             if change > CERTAIN * error[row] and RELEVANT < relative < COUNTER:
-                found.append(
+                flags.append(
                     Flag(
                         "drift",
                         channel.name,
@@ -347,4 +347,4 @@ class Drift(AbstractHealthCheck):
                         self._recording.duration,
                     )
                 )
-        return found
+        return flags

@@ -151,14 +151,14 @@ class Repeats(AbstractHealthCheck):
                 channel.add(first, np.ascontiguousarray(samples))
 
     def flags(self) -> list[Flag]:
-        found = []
+        flags = []
         rate = self._recording.sample_rate
         for row, places in enumerate(self._channels):
             channel = self._recording.channels[row]
             repeated = places.repetition(self._recording.n_samples)
             if repeated is not None and not self._is_periodic(row, *repeated[::2]):
                 start, stop, distance = repeated
-                found.append(
+                flags.append(
                     Flag(
                         "repeating",
                         channel.name,
@@ -169,7 +169,7 @@ class Repeats(AbstractHealthCheck):
                         stop / rate,
                     )
                 )
-        return found
+        return flags
 
     def _is_periodic(self, row: int, start: int, distance: int) -> bool:
         """Return whether the signal roughly repeated itself before that, as a sine does."""

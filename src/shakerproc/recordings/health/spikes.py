@@ -98,7 +98,7 @@ class Spikes(AbstractHealthCheck):
         self._tail = block[:, -edge:].copy()
 
     def flags(self) -> list[Flag]:
-        found = []
+        flags = []
         rate = self._recording.sample_rate
         for row, channel in enumerate(self._recording.channels):
             distinct = self._isolated(row)
@@ -109,7 +109,7 @@ class Spikes(AbstractHealthCheck):
                     if len(distinct) > 1
                     else ("An isolated spike")
                 )
-                found.append(
+                flags.append(
                     Flag(
                         "spike",
                         channel.name,
@@ -119,7 +119,7 @@ class Spikes(AbstractHealthCheck):
                         max(distinct) / rate,
                     )
                 )
-        return found
+        return flags
 
     def _isolated(self, row: int) -> dict[int, float]:
         """Return the spikes that have nothing rough within a quarter of a second.
@@ -170,8 +170,8 @@ def _spikes(
     if candidates.size > MOST:
         return {}, rough
     groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > WIDEST) + 1)
-    found = [_judge(samples, departure, group, ends) for group in groups]
-    return {first + at: height for at, height in found if height}, rough
+    judged = [_judge(samples, departure, group, ends) for group in groups]
+    return {first + at: height for at, height in judged if height}, rough
 
 
 def _limits(departure: FloatArray) -> FloatArray:
@@ -181,6 +181,7 @@ def _limits(departure: FloatArray) -> FloatArray:
     if departure.size > whole * PART:
         parts.append(departure[np.newaxis, whole * PART :: 7])
     usual = np.zeros(whole + len(parts) + 1)
+    # 1.4826 times the median of |x| is the standard deviation of a normal x
     usual[1:-1] = np.concatenate([
         np.maximum(1.4826 * np.median(some, axis=1), np.mean(some, axis=1)) for some in parts
     ])
@@ -271,19 +272,19 @@ class Transients(AbstractHealthCheck):
         if self._steps.shape[1] < 64:
             return []
         sudden = np.array([_over_the_usual(steps) for steps in self._steps])
-        found = []
+        flags = []
         for number, row in enumerate(self._controls):
             others = np.delete(sudden, number, axis=0).max(axis=0)
             times = self._of_channel(number, sudden[number], others)
             if times:
-                found.append(self._flag(self._recording.channels[row].name, times))
-        return found
+                flags.append(self._flag(self._recording.channels[row].name, times))
+        return flags
 
     def _of_channel(self, number: int, mine: FloatArray, others: FloatArray) -> list[float]:
         """Return the times [s] of the transients of one control."""
         rate = self._recording.sample_rate
         reach = max(4, round(QUIET * rate / self._window))
-        found = []
+        values = []
         candidates = np.flatnonzero((mine > SUDDEN) & (others < LARGEST_OF_OTHERS))
         for at in candidates[:200].tolist():
             near = self._steps[number, max(0, at - reach) : at + reach + 1].copy()
@@ -291,8 +292,8 @@ class Transients(AbstractHealthCheck):
             peak = near[middle]
             near[max(0, middle - 2) : middle + 3] = 0.0
             if near.max() < UNIQUE * peak and self._is_wide(self._controls[number], at):
-                found.append(at * self._window / rate)
-        return found
+                values.append(at * self._window / rate)
+        return values
 
     def _is_wide(self, row: int, at: int) -> bool:
         """Return whether it is wider than a spike, and no dropout."""

@@ -106,11 +106,11 @@ def read_properties(index: bytes, run: str) -> dict[str, Properties]:
     """Return the properties of every object, by path, from the metadata of the file."""
     with no_warnings(run), foreign(run, "reading the properties"):
         file = TdmsFile.read_metadata(io.BytesIO(index))
-        found: dict[str, Properties] = {"/": file.properties}
+        properties: dict[str, Properties] = {"/": file.properties}
         for group in file.groups():
-            found[group.path] = group.properties
-            found |= {channel.path: channel.properties for channel in group.channels()}
-    return found
+            properties[group.path] = group.properties
+            properties |= {channel.path: channel.properties for channel in group.channels()}
+    return properties
 
 
 def read_scaling(

@@ -126,9 +126,10 @@ class Cursor:
         """
         end = self._position + size
         if end > len(self._block):
-            left = len(self._block) - self._position
+            remaining = len(self._block) - self._position
             raise StructureError(
-                self.place, f"{what} takes {size} bytes but {left} are left in the metadata"
+                self.place,
+                f"{what} takes {size} bytes but {remaining} are left in the metadata",
             )
         part = self._block[self._position : end]
         self._position = end

@@ -75,20 +75,20 @@ def _open(file: BinaryIO, run: str) -> RawFile:
         group, channel = split_path(path)
         if channel is not None:
             by_group.setdefault(group or "", []).append(path)
-    found = tuple(_group(name, paths, table, properties) for name, paths in by_group.items())
+    groups = tuple(_group(name, paths, table, properties) for name, paths in by_group.items())
     source = TdmsSource(run, file, structure.size, tuple(table.served), tuple(table.clocks))
     stamped = {
         row: one.scaling for row, one in enumerate(table.served)
         if isinstance(one.scaling, StampScaling)
     }  # fmt: skip
-    found = tuple(with_times(group, source, stamped) for group in found)
+    groups = tuple(with_times(group, source, stamped) for group in groups)
     loose = [
         path
         for paths in by_group.values()
         for path in paths
         if not _problem(structure.known[path]) and unused_scales(properties.get(path, _EMPTY))
     ]
-    return RawFile(found, source, _notes(structure, table.served, loose))
+    return RawFile(groups, source, _notes(structure, table.served, loose))
 
 
 def _group(

@@ -47,8 +47,8 @@ class StampScaling:
         fraction, seconds = raw[0], raw[1]
         if self.zero is None and seconds.size:
             self.zero = int(seconds.flat[0])
-        found: NDArray[Any] = (seconds - (self.zero or 0)) + fraction * FRACTION
-        return found
+        values: NDArray[Any] = (seconds - (self.zero or 0)) + fraction * FRACTION
+        return values
 
     @property
     def start(self) -> datetime | None:
@@ -159,13 +159,13 @@ def clocks(paths: Sequence[str], extents: Sequence[Extent]) -> dict[str, SampleC
             if where.count and path in counts:
                 counts[path].append((number, where.count))
     shared: dict[tuple[tuple[int, int], ...], SampleClock] = {}
-    found = {}
+    sample_clocks = {}
     for path, steps in counts.items():
         key = tuple(steps)
         if key not in shared:
             shared[key] = _clock(key, extents)
-        found[path] = shared[key]
-    return found
+        sample_clocks[path] = shared[key]
+    return sample_clocks
 
 
 def _clock(steps: Sequence[tuple[int, int]], extents: Sequence[Extent]) -> SampleClock:

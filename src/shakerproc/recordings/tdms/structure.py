@@ -310,12 +310,12 @@ def present(extents: Sequence[Extent]) -> dict[str, int]:
     return counts
 
 
-def append_extent(extents: list[Extent], new: Extent, *, apart: bool = False) -> None:
+def append_extent(extents: list[Extent], new: Extent, *, separate: bool = False) -> None:
     """Add an extent; segments of one chunk that follow each other evenly become one extent.
 
     Unless the new one is to stay apart.
     """
-    last = extents[-1] if extents and not apart else None
+    last = extents[-1] if extents and not separate else None
     if last is not None and last.layout is new.layout and new.n_chunks == 1:
         pitch = (new.position - last.position) // last.n_chunks
         even = last.position + last.n_chunks * pitch == new.position

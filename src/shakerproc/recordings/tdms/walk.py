@@ -139,19 +139,19 @@ def walk(file: BinaryIO) -> TdmsStructure:
     StructureError
         If a header says what cannot be; a file that merely stops early is no error.
     """
-    found = TdmsStructure(size=file.seek(0, os.SEEK_END))
-    if not found.size:
+    tdms_structure = TdmsStructure(size=file.seek(0, os.SEEK_END))
+    if not tdms_structure.size:
         raise StructureError(0, "the file is empty (0 bytes)")
     state = _State()
-    for number, lead in enumerate(_leads(file, found)):
+    for number, lead in enumerate(_leads(file, tdms_structure)):
         state.number = number
         _check_version(lead, state)
-        _read_metadata(file, lead, found, state)
-        _add_data(file, lead, found, state)
-    found.waveforms.finish()
-    if not found.known and not found.cut:
+        _read_metadata(file, lead, tdms_structure, state)
+        _add_data(file, lead, tdms_structure, state)
+    tdms_structure.waveforms.finish()
+    if not tdms_structure.known and not tdms_structure.cut:
         raise StructureError(0, "the file lists no groups")
-    return found
+    return tdms_structure
 
 
 @dataclass(slots=True)
@@ -167,7 +167,7 @@ class _State:
     interleaved: set[bool] = field(default_factory=set)
 
 
-def _leads(file: BinaryIO, found: TdmsStructure) -> Iterator[Lead]:
+def _leads(file: BinaryIO, structure: TdmsStructure) -> Iterator[Lead]:
     """Yield the head of each segment that has all its metadata.
 
     Raises
@@ -176,7 +176,7 @@ def _leads(file: BinaryIO, found: TdmsStructure) -> Iterator[Lead]:
         If there are more segments than any recording has.
     """
     position = n_segments = 0
-    while position < found.size:
+    while position < structure.size:
         n_segments += 1
         if n_segments > MOST_SEGMENTS:
             raise StructureError(position, f"more than {MOST_SEGMENTS} segments")
@@ -184,16 +184,18 @@ def _leads(file: BinaryIO, found: TdmsStructure) -> Iterator[Lead]:
         head = file.read(LEAD)
         check_tag(head, position)
         if len(head) < LEAD:
-            found.cut = f"it stops at byte {found.size}, inside the head of a segment"
-            found.open_end = True
+            structure.cut = f"it stops at byte {structure.size}, inside the head of a segment"
+            structure.open_end = True
             return
         lead = unpack_lead(head, position)
-        if lead.data > found.size:
-            found.cut = f"it stops at byte {found.size}, inside the metadata of a segment"
-            found.open_end = True
+        if lead.data > structure.size:
+            structure.cut = (
+                f"it stops at byte {structure.size}, inside the metadata of a segment"
+            )
+            structure.open_end = True
             return
         yield lead
-        if lead.end is None or lead.end > found.size:
+        if lead.end is None or lead.end > structure.size:
             return
         position = lead.end
 
@@ -210,9 +212,9 @@ def _check_version(lead: Lead, state: _State) -> None:
     state.version = lead.version
 
 
-def _read_metadata(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -> None:
+def _read_metadata(file: BinaryIO, lead: Lead, structure: TdmsStructure, state: _State) -> None:
     size = lead.data - lead.position - LEAD
-    if len(found.index) + size > MOST_METADATA:
+    if len(structure.index) + size > MOST_METADATA:
         raise StructureError(
             lead.position,
             f"more than {MOST_METADATA >> 20} MB of metadata, which is no recording",
@@ -224,7 +226,7 @@ def _read_metadata(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _Sta
     if state.objects is not None and flags == state.flags and block == state.metadata:
         return  # the same list again: nothing changes
     if lead.flags & HAS_METADATA:
-        _new_objects(block, lead, found, state)
+        _new_objects(block, lead, structure, state)
     elif state.objects is None:
         raise StructureError(lead.position, "the first segment lists no channels")
     elif block.strip(b"\0"):
@@ -235,34 +237,34 @@ def _read_metadata(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _Sta
         state.objects or (), lead.endian, interleaved=interleaved, place=lead.position
     )
     if state.layout.odd:
-        found.odd_layout.add(state.layout.odd)
+        structure.odd_layout.add(state.layout.odd)
     if lead.flags & HAS_METADATA:
-        _add_to_index(block, lead, found, state)
+        _add_to_index(block, lead, structure, state)
 
 
-def _new_objects(block: bytes, lead: Lead, found: TdmsStructure, state: _State) -> None:
+def _new_objects(block: bytes, lead: Lead, structure: TdmsStructure, state: _State) -> None:
     fresh = bool(lead.flags & NEW_LIST)
     before = () if fresh or state.objects is None else state.objects
     cursor = Cursor(block, lead.position + LEAD, lead.endian)
     state.objects = read_objects(
-        cursor, before, found.known, found.properties, found.waveforms.wrote
+        cursor, before, structure.known, structure.properties, structure.waveforms.wrote
     )
     for entry in state.objects:
-        found.known[entry.path] = entry
+        structure.known[entry.path] = entry
 
 
-def _add_to_index(block: bytes, lead: Lead, found: TdmsStructure, state: _State) -> None:
+def _add_to_index(block: bytes, lead: Lead, structure: TdmsStructure, state: _State) -> None:
     """Write the segment as npTDMS reads it from an index: with one chunk of data, or none."""
     head = struct.pack(
         lead.endian + "IQQ", lead.version, len(block) + state.layout.size, len(block)
     )
-    found.index += b"TDSh" + struct.pack("<I", lead.flags) + head + block
+    structure.index += b"TDSh" + struct.pack("<I", lead.flags) + head + block
 
 
-def _add_data(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -> None:
-    end = found.size if lead.end is None else min(lead.end, found.size)
+def _add_data(file: BinaryIO, lead: Lead, structure: TdmsStructure, state: _State) -> None:
+    end = structure.size if lead.end is None else min(lead.end, structure.size)
     there = end - lead.data
-    cut = lead.end is None or lead.end > found.size
+    cut = lead.end is None or lead.end > structure.size
     promised = there if lead.end is None else lead.end - lead.data
     if promised and not lead.flags & HAS_DATA:
         raise StructureError(
@@ -273,27 +275,29 @@ def _add_data(file: BinaryIO, lead: Lead, found: TdmsStructure, state: _State) -
             lead.position, f"{promised} bytes of data belong to no channel of the segment"
         )
     if cut:
-        check_nothing_inside(file, lead, found.size)
-        found.cut = f"it stops at byte {found.size}, inside the data of a segment"
-        found.open_end = lead.end is None
+        check_nothing_inside(file, lead, structure.size)
+        structure.cut = f"it stops at byte {structure.size}, inside the data of a segment"
+        structure.open_end = lead.end is None
     if not state.layout.size:
         return
     if there:
-        found.mixed |= len(state.interleaved | {bool(lead.flags & INTERLEAVED)}) > 1
+        structure.mixed |= len(state.interleaved | {bool(lead.flags & INTERLEAVED)}) > 1
         state.interleaved.add(bool(lead.flags & INTERLEAVED))
-    _add_extents(lead, there, found, state, cut=cut)
+    _add_extents(lead, there, structure, state, cut=cut)
     if cut:
-        found.missing = _missing(lead, there, found, state)
+        structure.missing = _missing(lead, there, structure, state)
 
 
 def _add_extents(
-    lead: Lead, there: int, found: TdmsStructure, state: _State, *, cut: bool
+    lead: Lead, there: int, structure: TdmsStructure, state: _State, *, cut: bool
 ) -> None:
     full, rest = divmod(there, state.layout.size)
     if full:
-        apart = found.waveforms.data(state.number, state.layout, full, len(found.extents))
+        separate = structure.waveforms.data(
+            state.number, state.layout, full, len(structure.extents)
+        )
         new = Extent(lead.data, full, state.layout, state.layout.size)
-        append_extent(found.extents, new, apart=apart)
+        append_extent(structure.extents, new, separate=separate)
     if rest:
         tail = (
             cut_layout(state.layout, state.objects or (), rest)
@@ -301,17 +305,17 @@ def _add_extents(
             else short_layout(state.layout, rest, lead.position)
         )
         start = lead.data + full * state.layout.size
-        found.waveforms.data(state.number, tail, 1, len(found.extents))
-        found.extents.append(Extent(start, 1, tail, tail.size))
+        structure.waveforms.data(state.number, tail, 1, len(structure.extents))
+        structure.extents.append(Extent(start, 1, tail, tail.size))
 
 
-def _missing(lead: Lead, there: int, found: TdmsStructure, state: _State) -> dict[str, int]:
+def _missing(lead: Lead, there: int, structure: TdmsStructure, state: _State) -> dict[str, int]:
     """Return how many values of each channel a cut segment lacks, as far as it says."""
     if lead.end is None:
         return {}
     promised = lead.end - lead.data
     layout = state.layout
-    tail = found.extents[-1].layout.places if there % layout.size else {}
+    tail = structure.extents[-1].layout.places if there % layout.size else {}
     held = {path: where.count for path, where in tail.items()}
     return {
         path: where.count * promised // layout.size

@@ -358,9 +358,11 @@ def harmonics(comparison: Comparison) -> "Figure":
     """Return harmonics measured and predicted, for the loudest test that has tones."""
     tests = [comparison.tests[i] for i in by_input(comparison)]
     test = [test for test in tests if test.harmonics is not None][-1]
-    found = test.harmonics or ()
-    figure, axes = style.figure(7.0, 1.2 + 2.0 * len(found), len(found), sharex=True)
-    for axis, name, h in zip(axes, test.measured.sensors, found, strict=True):
+    test_harmonics = test.harmonics or ()
+    figure, axes = style.figure(
+        7.0, 1.2 + 2.0 * len(test_harmonics), len(test_harmonics), sharex=True
+    )
+    for axis, name, h in zip(axes, test.measured.sensors, test_harmonics, strict=True):
         _bars(axis, [h.measured, h.predicted, h.error])
         axis.set_ylabel(f"{name} [-]")
         axis.set_yscale("log")

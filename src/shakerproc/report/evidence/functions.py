@@ -59,11 +59,11 @@ def mode_sections(modes: ComparedModes | None) -> list[ReportSection]:
     table = filled(
         f"Modes of test {modes.test} and of the linear part of the model", _SHOWN, rows
     )
-    told = [modes.sentence]
+    sentences = [modes.sentence]
     if modes.shapes is not None:
-        told += [modes.shapes.sentence, _TOLD]
+        sentences += [modes.shapes.sentence, _TOLD]
     figures = [*_shapes(modes), *_macs(modes)]
-    return [ReportSection("Modes", "modes", told, [table], figures)]
+    return [ReportSection("Modes", "modes", sentences, [table], figures)]
 
 
 def _macs(modes: ComparedModes) -> Iterator[PageFigure]:
@@ -88,21 +88,21 @@ def _by_side(modes: ComparedModes, side: int) -> Iterator[tuple[ModePair, float]
 
 def _shapes(modes: ComparedModes) -> Iterator[PageFigure]:
     """Yield the shapes of each pair side by side, then those without a partner."""
-    found = modes.shapes
-    if found is None or len(found.points) < 2:
+    shapes = modes.shapes
+    if shapes is None or len(shapes.points) < 2:
         return
     for pair in sorted(modes.pairs, key=lambda pair: None in pair.rows)[:MOST_MODES]:
         alike = "" if pair.mac is None else f"MAC {pair.mac:.3f} at the sensors"
         for whose, hz, shape in zip(
             ("Test", "Model"),
             (pair.measured_hz, pair.model_hz),
-            found.of_pair(pair),
+            shapes.of_pair(pair),
             strict=True,
         ):
             if hz is None or shape is None:
                 continue
             title = f"{whose}: {hz:.5g} Hz"
-            drawing = moving_shape(found.geometry, shape, found.points, f"Shape, {title}")
+            drawing = moving_shape(shapes.geometry, shape, shapes.points, f"Shape, {title}")
             yield PageFigure(title, alike or "No partner.", drawing)
 
 
@@ -123,16 +123,16 @@ _REFERENCE: Final = (
 
 
 def function_report(
-    found: FunctionComparison, command: str, inputs: Sequence[tuple[str, str, str]]
+    comparison: FunctionComparison, command: str, inputs: Sequence[tuple[str, str, str]]
 ) -> Report:
     """Return the page of a comparison of response functions."""
     packages = ", ".join(f"{n} {importlib.metadata.version(n)}" for n in ("numpy", "scipy"))
     return Report(
-        f"{found.measured.name}: response functions and {found.model.title}",
+        f"{comparison.measured.name}: response functions and {comparison.model.title}",
         [],
         command=command,
-        verdict=found.sentence,
-        sections=[_functions(found), *mode_sections(found.modes)],
+        verdict=comparison.sentence,
+        sections=[_functions(comparison), *mode_sections(comparison.modes)],
         inputs=inputs,
         methods=Methods(
             [_METHOD], [_REFERENCE],
@@ -141,36 +141,43 @@ def function_report(
     )  # fmt: skip
 
 
-def _functions(found: FunctionComparison) -> ReportSection:
+def _functions(comparison: FunctionComparison) -> ReportSection:
     columns = ("response", "input", "error [%]", "FRAC", "peak [Hz]", "model [Hz]", "coherence")
     rows = [
         (
             one.response, one.input, numeral(100.0 * one.error), f"{one.frac:.3f}",
-            f"{found.peak(one.measured):.5g}", f"{found.peak(one.model):.5g}",
+            f"{comparison.peak(one.measured):.5g}", f"{comparison.peak(one.model):.5g}",
             "" if one.coherence is None else f"{np.mean(one.coherence):.3f}",
         )
-        for one in found.functions
+        for one in comparison.functions
     ]  # fmt: skip
-    worst = sorted(found.functions, key=lambda one: -one.error)[:MOST_DRAWN]
-    told = [found.sentence, *(f"{note.removesuffix('.')}." for note in found.notes)]
-    if len(worst) < len(found.functions):
-        told.append(f"The {MOST_DRAWN} with the largest errors are drawn.")
-    figures = [_figure(found, one) for one in worst]
+    worst = sorted(comparison.functions, key=lambda one: -one.error)[:MOST_DRAWN]
+    sentences = [
+        comparison.sentence,
+        *(f"{note.removesuffix('.')}." for note in comparison.notes),
+    ]
+    if len(worst) < len(comparison.functions):
+        sentences.append(f"The {MOST_DRAWN} with the largest errors are drawn.")
+    figures = [_figure(comparison, one) for one in worst]
     table = filled("Response functions, measured and of the model", columns, rows)
-    return ReportSection("Response functions", "functions", told, [table], figures)
+    return ReportSection("Response functions", "functions", sentences, [table], figures)
 
 
-def _figure(found: FunctionComparison, one: ComparedFunction) -> PageFigure:
+def _figure(comparison: FunctionComparison, one: ComparedFunction) -> PageFigure:
     ratio, factor = read_ratio(*one.units)
     measured, model = factor * np.abs(one.measured), factor * np.abs(one.model)
     name = f"{one.response} over {one.input}"
     drawing = to_svg.plot(
         Plot(
             [
-                Curve("measured", found.frequency, measured, 7, wide=True),
-                Curve("model", found.frequency, model, 1),
+                Curve("measured", comparison.frequency, measured, 7, wide=True),
+                Curve("model", comparison.frequency, model, 1),
             ],
-            Axis("frequency [Hz]", float(found.frequency[0]), float(found.frequency[-1])),
+            Axis(
+                "frequency [Hz]",
+                float(comparison.frequency[0]),
+                float(comparison.frequency[-1]),
+            ),
             magnitude_axis(measured, ratio),
         ),
         title=f"Response function of {name}",
@@ -194,19 +201,19 @@ class Decays:
 
     Attributes
     ----------
-    found : DecayComparison
+    comparison : DecayComparison
         With the model.
     before : DecayComparison, optional
         With the older one, against the same tests.
     """
 
-    found: DecayComparison
+    comparison: DecayComparison
     before: DecayComparison | None = None
 
     @property
     def names(self) -> tuple[str, str]:
         """Names of the model and the older one, distinct."""
-        new = self.found.model.title
+        new = self.comparison.model.title
         old = "" if self.before is None else self.before.model.title
         return (new, old) if new != old else ("new model", "old model")
 
@@ -214,7 +221,7 @@ class Decays:
 def panels_of(decays: Decays) -> dict[str, tuple[str, Panel]]:
     """Return the test and the panel of every figure, by the name of its file."""
     panels = {}
-    for i, test in enumerate(decays.found.tests):
+    for i, test in enumerate(decays.comparison.tests):
         for k, mode in enumerate(test.modes):
             if not mode.measured.fitted:
                 continue
@@ -228,7 +235,7 @@ def _panels(
     decays: Decays, test: TestDecays, mode: ModeDecay, older: ModeDecay | None
 ) -> list[Panel]:
     sensor = test.measured.sensors[mode.sensor]
-    unit, factor = read_unit(unit_of(decays.found, sensor))
+    unit, factor = read_unit(unit_of(decays.comparison, sensor))
     curves: list[AmplitudeCurve] = [
         ("measured, least squares", 0, mode.measured.fitted),
         ("measured, peaks and crossings", 1, mode.measured.charted),
@@ -264,37 +271,39 @@ def decay_report(
         title,
         [],
         command=command,
-        verdict=sentence_of_decays(decays.found),
+        verdict=sentence_of_decays(decays.comparison),
         sections=decay_sections(decays),
         inputs=inputs,
         methods=methods.methods_of(
             [],
             analyses=["decays"],
-            kinds=[element.effect.kind for element in decays.found.model.elements],
+            kinds=[element.effect.kind for element in decays.comparison.model.elements],
         ),
     )
 
 
 def decay_sections(decays: Decays) -> list[ReportSection]:
     """Return a section for each test."""
-    return [_section(decays, i) for i in range(len(decays.found.tests))]
+    return [_section(decays, i) for i in range(len(decays.comparison.tests))]
 
 
 def _section(decays: Decays, index: int) -> ReportSection:
-    test = decays.found.tests[index]
+    test = decays.comparison.tests[index]
     name = test.measured.name
-    told = [f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in sentences_of(test)]
+    sentences = [
+        f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in sentences_of(test)
+    ]
     if decays.before is not None:
         old = decays.names[1]
-        told += [f"{old}: {text}" for text in sentences_of(decays.before.tests[index])]
+        sentences += [f"{old}: {text}" for text in sentences_of(decays.before.tests[index])]
     if index == 0:
-        told += [f"{text.removesuffix('.')}." for text in decays.found.left_out]
-    told += [f"{text.removesuffix('.')}." for text in test.measured.notes]
-    rows = [row for row in decay_rows(decays.found) if row["test"] == name]
+        sentences += [f"{text.removesuffix('.')}." for text in decays.comparison.left_out]
+    sentences += [f"{text.removesuffix('.')}." for text in test.measured.notes]
+    rows = [row for row in decay_rows(decays.comparison) if row["test"] == name]
     return ReportSection(
         f"Test {name}: frequency and damping against amplitude",
         f"decay_{index + 1}",
-        told,
+        sentences,
         [_table(rows)],
         [
             drawing(panel, f"{panel.title} of test {owner}", {})

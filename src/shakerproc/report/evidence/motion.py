@@ -130,10 +130,10 @@ def error_by_motion(models: Models) -> list[PageFigure]:
                 motion = same_joint(comparison.tests[index], joint.between)
                 if motion is None:
                     continue
-                found = by_range(
+                by_motion = by_range(
                     motion, motion.velocity if by_velocity else motion.displacement
                 )
-                curves.append(Curve(text, found.centre * factor, found.error, style))
+                curves.append(Curve(text, by_motion.centre * factor, by_motion.error, style))
             reach = max(float(np.max(np.abs(c.x))) for c in curves) * 1.05
             drawings.append(
                 PageFigure(
@@ -322,8 +322,8 @@ def forced_cycle(
 
 def hidden(diagnosis: Diagnosis, of: Motion) -> list[PageFigure]:
     """Return motion and force of joints that recordings do not tell, those of effects first."""
-    found = {frozenset(effect.between) for effect in diagnosis.effects}
-    order = sorted(diagnosis.hidden, key=lambda one: frozenset(one.between) not in found)
+    effect_pairs = {frozenset(effect.between) for effect in diagnosis.effects}
+    order = sorted(diagnosis.hidden, key=lambda one: frozenset(one.between) not in effect_pairs)
     return [
         _banded(joint, what, band, *shown_in(si, of, max(map(abs, band.value))))
         for joint in order[:MOST]

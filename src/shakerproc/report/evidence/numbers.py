@@ -49,7 +49,7 @@ def parameter_tables(diagnosis: Diagnosis) -> list[ReportTable]:
     """Return the numbers of effects found, of the linear joints, and of every candidate."""
     parts = ("± by tests", "± by calibration")
     columns = ("", "between", "number", "value", "low", "high", *parts, "unit")
-    found = [
+    rows = [
         (
             effect.kind.replace("_", " "), " - ".join(effect.between), name,
             *_bounds_by_source(estimate),
@@ -76,7 +76,7 @@ def parameter_tables(diagnosis: Diagnosis) -> list[ReportTable]:
         for one in diagnosis.known_together
     ]
     tables = [
-        ReportTable("Found, with 95 % intervals", columns, [*found, *linear]),
+        ReportTable("Found, with 95 % intervals", columns, [*rows, *linear]),
         ReportTable("Known of numbers that no test tells one by one", ("", "of", *columns[3:]),
               together),
         ReportTable("Candidates that were fitted, with 95 % intervals of those that stand",
@@ -361,11 +361,11 @@ def errors_by_motion(models: Models) -> Columns:
         for test in comparison.tests:
             for joint in test.joints:
                 for quantity, si in _MOTIONS:
-                    found = by_range(joint, getattr(joint, quantity))
+                    bins = by_range(joint, getattr(joint, quantity))
                     rows += [
                         (test.measured.name, " - ".join(joint.between), text, quantity,
                          models.before.model.unit_of(si), float(a), float(b), float(c))
-                        for a, b, c in zip(found.centre, found.mean, found.error, strict=True)
+                        for a, b, c in zip(bins.centre, bins.mean, bins.error, strict=True)
                     ]  # fmt: skip
     return _columns((*_OF_MOTION, "middle", "missing_force_n", "error"), rows)
 

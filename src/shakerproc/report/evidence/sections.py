@@ -150,11 +150,11 @@ def diagnosis_section(diagnosis: Diagnosis, models: Models | None = None) -> Rep
     models : Models, optional
         The comparison that stands in the same report.
     """
-    told = [] if models is None else _limits(models.before)
+    sentences = [] if models is None else _limits(models.before)
     paragraphs = [
         f"Verdict: {diagnosis.verdict}. {diagnosis.sentence}",
         *_signatures(diagnosis),
-        *(note for note in diagnosis.notes if note not in told),
+        *(note for note in diagnosis.notes if note not in sentences),
         *_confidence(diagnosis),
     ]
     if models is not None:
@@ -185,11 +185,11 @@ def _confidence(diagnosis: Diagnosis) -> list[str]:
 
 def _horizon(diagnosis: Diagnosis) -> str:
     """Return how far ahead the models of a diagnosis predict, as a sentence."""
-    found = diagnosis.errors.among.ahead_s
-    if not found:
+    ahead_s = diagnosis.errors.among.ahead_s
+    if not ahead_s:
         return "Free-run simulation of whole tests."
     return (
-        f"Free-run simulation of windows of {' and '.join(f'{numeral(s)} s' for s in found)}."
+        f"Free-run simulation of windows of {' and '.join(f'{numeral(s)} s' for s in ahead_s)}."
     )
 
 
@@ -263,13 +263,13 @@ def _open_questions(diagnosis: Diagnosis, models: Models | None) -> ReportSectio
     """Return the indistinguishable alternatives, and the test that would decide."""
     paragraphs = []
     same = [name.replace("_", " ") for name in diagnosis.indistinguishable]
-    found = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]
+    kinds = [e.kind.replace("_", " ") for e in diagnosis.effects if e.kind in EFFECTS]
     if same:
         paragraphs.append(
-            f"Cannot be told apart on these tests: {', '.join([*found, *same])}. Where the "
+            f"Cannot be told apart on these tests: {', '.join([*kinds, *same])}. Where the "
             "alternatives have numbers of their own, see above whether they differ."
         )
-    elif found:
+    elif kinds:
         paragraphs.append("No other candidate does as well on these tests.")
     rows = [
         (
@@ -306,9 +306,9 @@ def sections(models: Models | None, diagnosis: Diagnosis | None) -> Sequence[Rep
 def joint_table(comparison: Comparison) -> ReportTable | None:
     """Return a row for each joint in the loudest test; None of a model without joints."""
     test = comparison.tests[loudest(comparison)]
-    told = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
+    sentences = [float(np.sqrt(np.mean(joint.displacement**2))) for joint in test.joints]
     open_ = [one.displacement_rms or 0.0 for one in test.not_told]
-    unit, factor = shown_in("m", comparison.model.motion, max(told + open_, default=None))
+    unit, factor = shown_in("m", comparison.model.motion, max(sentences + open_, default=None))
     rows = [_joint_row(joint, factor) for joint in test.joints]
     rows += [_open(one, factor) for one in test.not_told]
     if not rows:

@@ -179,8 +179,8 @@ def harmonics(models: Models) -> list[PageFigure]:
     test = models.before.tests[index]
     drawings = []
     for sensor, name in enumerate(test.measured.sensors):
-        found = [(text, style, c.tests[index].harmonics) for text, style, c in models.each]
-        rows = [(text, style, h[sensor].predicted) for text, style, h in found if h is not None]
+        drawn = [(text, style, c.tests[index].harmonics) for text, style, c in models.each]
+        rows = [(text, style, h[sensor].predicted) for text, style, h in drawn if h is not None]
         first = (test.harmonics or ())[sensor]
         rows.insert(0, ("measured", MEASURED, first.measured))
         curves = _by_order(rows)

@@ -82,8 +82,8 @@ def shared(page: str) -> str:
     """Return a page in which axes that stand in several figures are written once."""
     known: dict[str, int] = {}
 
-    def written(found: re.Match[str]) -> str:
-        axes = found[0]
+    def written(match: re.Match[str]) -> str:
+        axes = match[0]
         if axes in known:
             return f'<use href="#axes-{known[axes]}"/>'
         known[axes] = len(known)
@@ -106,11 +106,11 @@ def ticks(axis: Axis, steps: int = STEPS) -> list[float]:
     raw = (axis.high - axis.low) / steps
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw)
-    found = _multiples(step, axis)
-    if len(found) < 2:  # one number alone says no scale
+    values = _multiples(step, axis)
+    if len(values) < 2:  # one number alone says no scale
         finer = (_multiples(m * power, axis) for m in (5, 4, 2, 1))
-        return next((many for many in finer if len(many) > 1), found)
-    return found
+        return next((many for many in finer if len(many) > 1), values)
+    return values
 
 
 def _multiples(step: float, axis: Axis) -> list[float]:
@@ -197,10 +197,10 @@ def _drawn(
 def _png(steps: NDArray[np.uint8]) -> bytes:
     from PIL import Image as Pictures
 
-    found = Pictures.fromarray(np.ascontiguousarray(steps))
-    found.putpalette(bytes.fromhex("".join(COLOURS).replace("#", "")))
+    image = Pictures.fromarray(np.ascontiguousarray(steps))
+    image.putpalette(bytes.fromhex("".join(COLOURS).replace("#", "")))
     file = io.BytesIO()
-    found.save(file, "PNG", optimize=True)
+    image.save(file, "PNG", optimize=True)
     return file.getvalue()
 
 

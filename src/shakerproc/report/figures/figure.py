@@ -208,8 +208,10 @@ class Plot:
     @property
     def spread(self) -> tuple[float, float] | None:
         """The 95 % bounds that its curves have in common, as multiples of a value."""
-        found = {item.spread for item in self.items if isinstance(item, Curve) and item.spread}
-        return found.pop() if len(found) == 1 else None
+        spreads = {
+            item.spread for item in self.items if isinstance(item, Curve) and item.spread
+        }
+        return spreads.pop() if len(spreads) == 1 else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

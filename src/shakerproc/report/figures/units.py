@@ -59,31 +59,31 @@ class ShownUnits:
         """
         factor = 1.0
 
-        def other(found: re.Match[str]) -> str:
+        def other(match: re.Match[str]) -> str:
             nonlocal factor
-            kind, size = WRITTEN[found["atom"]]
-            own = READ.get(found["atom"], (found["atom"], size))
+            kind, size = WRITTEN[match["atom"]]
+            own = READ.get(match["atom"], (match["atom"], size))
             name, wanted = self.chosen.get(kind, own)
-            if name == found["atom"]:
-                return found[0]
-            raised = _power(found["power"] or "")
-            factor *= (size / wanted) ** (-raised if found["over"] else raised)
-            both = found["open"] and found["close"]
-            beside = both or found["power"] or found["over"] or unit[found.end() :][:1] == "/"
+            if name == match["atom"]:
+                return match[0]
+            raised = _power(match["power"] or "")
+            factor *= (size / wanted) ** (-raised if match["over"] else raised)
+            both = match["open"] and match["close"]
+            beside = both or match["power"] or match["over"] or unit[match.end() :][:1] == "/"
             composed = "/" in name and bool(beside)
             name = f"({name})" if composed else name
-            ends = ("", "") if both else (found["open"] or "", found["close"] or "")
-            return f"{found['over'] or ''}{ends[0]}{name}{ends[1]}{found['power'] or ''}"
+            ends = ("", "") if both else (match["open"] or "", match["close"] or "")
+            return f"{match['over'] or ''}{ends[0]}{name}{ends[1]}{match['power'] or ''}"
 
         return _FACTOR.sub(other, unit), factor
 
     def label(self, label: str) -> tuple[str, float]:
         """Return a label with its unit in brackets at the end, and the factor to that unit."""
-        found = _LABEL.search(label)
-        if found is None:
+        match = _LABEL.search(label)
+        if match is None:
             return label, 1.0
-        unit, factor = self.unit(found[1])
-        return f"{label[: found.start()]}[{unit}]", factor
+        unit, factor = self.unit(match[1])
+        return f"{label[: match.start()]}[{unit}]", factor
 
     def text(self, text: str, kept: Sequence[str] = ()) -> str:
         """Return a sentence with its quantities in the units of the report.
@@ -99,16 +99,16 @@ class ShownUnits:
         whole = rf"(?P<kept>(?<!\w)(?:{names})(?!\w))|{_QUANTITY}" if names else _QUANTITY
         return re.sub(whole, self._quantity, text)
 
-    def _quantity(self, found: re.Match[str]) -> str:
-        if found["unit"] is None:
-            return found[0]
-        unit, factor = self.unit(found["unit"])
-        if unit == found["unit"]:
-            return found[0]
-        first = _scaled(found["first"], factor)
-        if found["last"] is None:
+    def _quantity(self, match: re.Match[str]) -> str:
+        if match["unit"] is None:
+            return match[0]
+        unit, factor = self.unit(match["unit"])
+        if unit == match["unit"]:
+            return match[0]
+        first = _scaled(match["first"], factor)
+        if match["last"] is None:
             return f"{first} {unit}"
-        return f"{first} {found['word']} {_scaled(found['last'], factor)} {unit}"
+        return f"{first} {match['word']} {_scaled(match['last'], factor)} {unit}"
 
 
 USUAL: Final = ShownUnits()

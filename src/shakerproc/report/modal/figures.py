@@ -212,7 +212,7 @@ def draw_modal(analysis: ModalAnalysis, folder: Path) -> list[Path]:
 
 def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
     """Return the function that draws each figure of an analysis, by name."""
-    found: dict[str, Callable[[], Figure]] = {}
+    drawings: dict[str, Callable[[], Figure]] = {}
     for one in analysis.tests:
         name = file_name(one.name)
         kinds = {"stabilisation": stabilisation_figure}
@@ -223,12 +223,12 @@ def figures_of(analysis: ModalAnalysis) -> "dict[str, Callable[[], Figure]]":
             kinds["shapes"] = shapes_figure
         if shaped and one.modes.poles.size > 1:
             kinds["mac"] = mac_figure
-        found |= {f"{name}_{kind}": partial(draw, one) for kind, draw in kinds.items()}
+        drawings |= {f"{name}_{kind}": partial(draw, one) for kind, draw in kinds.items()}
     for number, pair in enumerate(analysis.reciprocals[:PANELS], 1):
-        found[f"reciprocity_{number}"] = partial(reciprocity_figure, pair)
+        drawings[f"reciprocity_{number}"] = partial(reciprocity_figure, pair)
     if _tracked(analysis):
-        found["modes_over_tests"] = partial(trend_figure, analysis)
-    return found
+        drawings["modes_over_tests"] = partial(trend_figure, analysis)
+    return drawings
 
 
 def _tracked(analysis: ModalAnalysis) -> list[Track]:

@@ -67,19 +67,23 @@ def section_of_modes(analysis: ModalAnalysis) -> ReportSection:
     analysis : ModalAnalysis
         What was found; its own page, in ``modal``, has diagrams and response functions too.
     """
-    told = [_verdict(analysis), "Diagrams and response functions: modal/report.html."]
+    sentences = [_verdict(analysis), "Diagrams and response functions: modal/report.html."]
     tables = [
         _mode_table(one, f"Test {one.name}") for one in analysis.tests if one.modes.poles.size
     ]
     shapes = [drawing for one in analysis.tests[:1] for drawing in _shapes(one)]
     over = _over_tests(analysis)
-    return ReportSection("Modes", "modes", told, tables, shapes, [] if over is None else [over])
+    return ReportSection(
+        "Modes", "modes", sentences, tables, shapes, [] if over is None else [over]
+    )
 
 
 def _verdict(analysis: ModalAnalysis) -> str:
-    told = [f"test {one.name}: {one.modes.poles.size} modes" for one in analysis.tests[:12]]
+    sentences = [
+        f"test {one.name}: {one.modes.poles.size} modes" for one in analysis.tests[:12]
+    ]
     failed = [f"test {name} left out: {reason}" for name, reason in analysis.failed]
-    return ". ".join([", ".join(told), *failed]).strip(". ") + "."
+    return ". ".join([", ".join(sentences), *failed]).strip(". ") + "."
 
 
 def _test_section(one: TestModes, number: int) -> ReportSection:
@@ -160,7 +164,7 @@ def _synthesis(one: TestModes) -> list[PageFigure]:
     functions = one.functions
     if functions is None:
         return []
-    found = []
+    figures = []
     for k, sensor in enumerate(one.sensors):
         for j, name in enumerate(one.inputs):
             ratio, factor = read_ratio(sensor.unit, one.input_units[j])
@@ -181,8 +185,8 @@ def _synthesis(one: TestModes) -> list[PageFigure]:
                 title=f"Response function of {sensor.name} over {name}",
             )
             caption = f"Residual rms: {one.unexplained[k]:.2%} of the response."
-            found.append(PageFigure(f"{sensor.name} over {name}", caption, drawing))
-    return found
+            figures.append(PageFigure(f"{sensor.name} over {name}", caption, drawing))
+    return figures
 
 
 def _shapes(one: TestModes) -> list[PageFigure]:
@@ -223,13 +227,13 @@ def _reciprocity(analysis: ModalAnalysis) -> ReportSection:
         for pair in analysis.reciprocals
     ]
     columns = ("function", "reciprocal", "correlation", "size ratio", "")
-    told = (
+    text = (
         "A linear structure answers alike where force and motion change places: correlation "
         "over the band and ratio of the sizes are 1."
     )
     figures = [_reciprocal(pair) for pair in analysis.reciprocals[:MOST_MODES]]
     return ReportSection(
-        "Reciprocity", "reciprocity", [told], [ReportTable("", columns, rows)], figures
+        "Reciprocity", "reciprocity", [text], [ReportTable("", columns, rows)], figures
     )
 
 

@@ -53,9 +53,9 @@ def mode_shapes(coupon: Coupon, modes: Sequence[NamedMode], title: str) -> "Figu
 def _draw(axis: "Axes", coupon: Coupon, mode: NamedMode) -> None:
     from matplotlib.patches import Circle
 
-    found = mindlin_modes(coupon, mode.diameters, mode.circles + 1)
-    radius, angle = 1e3 * found.radius[::2], np.linspace(0.0, 2.0 * np.pi, 181)
-    shape = found.shapes[mode.circles, ::2]
+    solved = mindlin_modes(coupon, mode.diameters, mode.circles + 1)
+    radius, angle = 1e3 * solved.radius[::2], np.linspace(0.0, 2.0 * np.pi, 181)
+    shape = solved.shapes[mode.circles, ::2]
     deflection = np.outer(shape, np.cos(mode.diameters * angle))
     x, y = np.outer(radius, np.cos(angle)), np.outer(radius, np.sin(angle))
     axis.contourf(x, y, deflection, levels=np.linspace(-1.0, 1.0, 21), cmap="RdBu_r")

@@ -309,8 +309,8 @@ def _smooth(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     fine = np.interp(
         np.linspace(0.0, x.size - 1.0, 8 * (x.size - 1) + 1), np.arange(x.size), length
     )
-    found = [np.exp(PchipInterpolator(length, log)(fine)) for log in logs]
-    return found[0], found[1]
+    smooth = [np.exp(PchipInterpolator(length, log)(fine)) for log in logs]
+    return smooth[0], smooth[1]
 
 
 def _draw_backbone(axis: "Axes", response: Response, free: Backbone, sensor: Sensor) -> None:
@@ -340,18 +340,18 @@ def _draw_signs(
 
 
 def _draw_harmonics(axis: "Axes", response: Response, branch: Branch, sensor: Sensor) -> None:
-    found = np.abs(sensor_harmonics(response.model, response.level, branch, sensor))
+    amplitudes = np.abs(sensor_harmonics(response.model, response.level, branch, sensor))
     orders = branch.balance.harmonics / branch.balance.order
     shown = np.flatnonzero(orders > 0.0)[:HARMONICS]
     for style_number, column in enumerate(shown):
-        if np.any(found[:, column] > 0.0):
+        if np.any(amplitudes[:, column] > 0.0):
             axis.semilogy(
                 branch.frequency,
-                np.where(found[:, column] > 0.0, found[:, column], np.nan),
+                np.where(amplitudes[:, column] > 0.0, amplitudes[:, column], np.nan),
                 label=f"{orders[column]:g}",
                 **style.line(style_number),
             )
-    top = float(np.max(found[:, shown]))
+    top = float(np.max(amplitudes[:, shown]))
     axis.set_ylim(1e-4 * top, 2.0 * top)
     axis.legend(title="harmonic", ncols=HARMONICS, loc="upper right")
 
@@ -407,8 +407,8 @@ def study_figure(result: StudyResult) -> "Figure":
 
 
 def _stripes(figure: "Figure", heights: list[float]) -> list[Any]:
-    found = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)
-    return [row[0] for row in found]
+    subfigures = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)
+    return [row[0] for row in subfigures]
 
 
 def _draw(axis: "Axes", panel: StudyPanel) -> None:

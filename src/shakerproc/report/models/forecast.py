@@ -42,7 +42,7 @@ _WORDS: Final = {
 def profile_figure(one: TestForecast) -> Figure | None:
     """Return the notched profile beside the planned one and that of force limiting."""
     plan = one.notch
-    if plan is None or plan.found is None or plan.found.test.profile is None:
+    if plan is None or plan.notched is None or plan.notched.test.profile is None:
         return None
     test = one.planned.test
     planned = profile_of_test(test)
@@ -52,7 +52,7 @@ def profile_figure(one: TestForecast) -> Figure | None:
     for label, profile, style in (
         ("planned", planned, LINEAR),
         ("force limiting", None if plan.by_force is None else plan.by_force.test.profile, 6),
-        ("notched", plan.found.test.profile, PREDICTED),
+        ("notched", plan.notched.test.profile, PREDICTED),
     ):
         if profile is not None:
             at, level = np.array(profile.frequency_hz), np.array(profile.level)
@@ -68,15 +68,15 @@ def profile_figure(one: TestForecast) -> Figure | None:
     return Figure(f"forecast_{test.id}_profile", [plot])
 
 
-def density_figures(one: TestForecast, found: CampaignForecast) -> list[Figure]:
+def density_figures(one: TestForecast, forecast: CampaignForecast) -> list[Figure]:
     """Return the predicted density of each response with its band, beside measured levels."""
     return [
-        Figure(f"forecast_{one.planned.test.id}_{name}", [_plot(one, found, name)])
+        Figure(f"forecast_{one.planned.test.id}_{name}", [_plot(one, forecast, name)])
         for name in one.run.spectra
     ]
 
 
-def _plot(one: TestForecast, found: CampaignForecast, name: str) -> Plot:
+def _plot(one: TestForecast, forecast: CampaignForecast, name: str) -> Plot:
     rms = next(q for q in one.spreads if (q.whose, q.name, q.what) == ("response", name, "rms"))
     unit, factor = SHOWN.get(rms.unit, (rms.unit, 1.0)) if rms.unit != "m" else (rms.unit, 1.0)
     low, high = one.planned.excited
@@ -87,7 +87,7 @@ def _plot(one: TestForecast, found: CampaignForecast, name: str) -> Plot:
     under, over = _band(drawn, one.spreads[rms])
     predicted = Curve("predicted", frequency, np.median(drawn, axis=0), PREDICTED)
     curves = []
-    for style, run in zip(MEASURED, reversed(found.evidence.runs), strict=False):
+    for style, run in zip(MEASURED, reversed(forecast.evidence.runs), strict=False):
         spectrum = run.spectra[name]
         inside = (spectrum.frequency >= low) & (spectrum.frequency <= high)
         told = run.measured.test.level_text
@@ -123,11 +123,11 @@ def _band(drawn: FloatArray, rms: UncertainQuantity) -> tuple[FloatArray, FloatA
     return under * (low / inner[0]) ** 2, over * (high / inner[1]) ** 2
 
 
-def sections(found: CampaignForecast) -> list[ReportSection]:
+def sections(forecast: CampaignForecast) -> list[ReportSection]:
     """Return the sections of the page: a planned test each, then the basis of the bands."""
-    tests = [_section(one, found) for one in found.tests]
-    step = [] if found.step is None else [_last_step(found.step)]
-    return [*step, *tests, _rests_on(found)]
+    tests = [_section(one, forecast) for one in forecast.tests]
+    step = [] if forecast.step is None else [_last_step(forecast.step)]
+    return [*step, *tests, _rests_on(forecast)]
 
 
 def _last_step(step: LastStep) -> ReportSection:
@@ -142,7 +142,7 @@ def _last_step(step: LastStep) -> ReportSection:
     return ReportSection("The last step", "last-step", [step.sentence], [table])
 
 
-def _section(one: TestForecast, found: CampaignForecast) -> ReportSection:
+def _section(one: TestForecast, forecast: CampaignForecast) -> ReportSection:
     test = one.planned.test
     verdict = {True: "Go", False: "No-go", None: "No limits in the log"}[one.go]
     figures = [
@@ -152,7 +152,7 @@ def _section(one: TestForecast, found: CampaignForecast) -> ReportSection:
             "were run, and the highest of them scaled with the level.",
             to_svg.plot(plot, title=f"Predicted density of {plot.title}", height=220),
         )
-        for figure in density_figures(one, found)
+        for figure in density_figures(one, forecast)
         for plot in figure.plots
     ]
     profile = profile_figure(one)
@@ -162,7 +162,7 @@ def _section(one: TestForecast, found: CampaignForecast) -> ReportSection:
             "The planned profile, and the one that takes the least away and keeps every limit.",
             to_svg.plot(plot, title=plot.title, height=220),
         ))  # fmt: skip
-    told = f"{test.excitation}, {raised_level_text(test)}, {numeral(one.planned.duration, 4)} s"
+    text = f"{test.excitation}, {raised_level_text(test)}, {numeral(one.planned.duration, 4)} s"
     distance = (
         f"{numeral(one.distance_db)} dB above what was run" if one.distance_db > 0 else ""
     )
@@ -170,7 +170,7 @@ def _section(one: TestForecast, found: CampaignForecast) -> ReportSection:
         f"Test {test.id}: {verdict}",
         f"test-{test.id}",
         [
-            ", ".join(filter(None, (told, distance))) + ".",
+            ", ".join(filter(None, (text, distance))) + ".",
             *departures(one),
             *([] if one.notch is None else of_notches(one, one.notch)),
         ],
@@ -217,9 +217,9 @@ def _numbers(one: TestForecast) -> ReportTable:
     )
 
 
-def _rests_on(found: CampaignForecast) -> ReportSection:
+def _rests_on(forecast: CampaignForecast) -> ReportSection:
     """Return how far the model missed the levels that were run."""
-    errors = found.evidence.errors
+    errors = forecast.evidence.errors
     rows = [
         (
             f"test {one.test}", one.quantity.name, _WORDS[one.quantity.what],
@@ -239,7 +239,7 @@ def _rests_on(found: CampaignForecast) -> ReportSection:
             "Each level that was run was forecast from those below it. How far the model "
             "missed them, over the distance in level, is how far it may miss the next one. "
             f"Levels that it was fitted to it meets within {numeral(fitted, 2)} dB.",
-            *found.notes,
+            *forecast.notes,
         ],
         [ReportTable("Levels that were run, from those below them, in SI units.", names, rows)],
     )

@@ -248,9 +248,9 @@ def methods_of(
     shown = ["spectrogram"] if any(run.surface for run in runs) else []
     of_runs = [one.kind for run in runs for one in run.analyses]
     asked = dict.fromkeys([*of_runs, *shown, *analyses])
-    found = [_ANALYSES[kind] for kind in asked if kind in _ANALYSES]
-    paragraphs += [text for text, _ in found]
-    references += [source for _, source in found if source]
+    methods = [_ANALYSES[kind] for kind in asked if kind in _ANALYSES]
+    paragraphs += [text for text, _ in methods]
+    references += [source for _, source in methods if source]
     if compared:
         paragraphs.append(_COMPARED)
         references.append(_MASRI)

@@ -124,12 +124,12 @@ class Watched:
     @property
     def sentence(self) -> str:
         """The state in a sentence."""
-        told = f"Watched: this page reloads every {self.seconds} s"
+        text = f"Watched: this page reloads every {self.seconds} s"
         if not self.waiting:
-            return f"{told}."
+            return f"{text}."
         more = len(self.waiting) - _SHOWN
         names = ", ".join([*self.waiting[:_SHOWN], *([f"{more} more"] if more > 0 else [])])
-        return f"{told}. Waiting for the recordings of: {names}."
+        return f"{text}. Waiting for the recordings of: {names}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,14 +357,14 @@ def tried_header(log: TestLog) -> HeaderView | None:
     LogError
         If the photo cannot be read, or the template is none, or fails on the example.
     """
-    found = header_view(log)
-    if found is not None and found.template is not None:
+    header = header_view(log)
+    if header is not None and header.template is not None:
         failed = RunSummary("2", "failed", error="A sentence.", detail="A sentence.")
         table = ReportTable("Example", ("a",), (("1",),))
         section = ReportSection("Example", "example", ("A sentence.",), (table,))
-        html(Report(log.title, (EXAMPLE, failed), channel="response", header=found,
+        html(Report(log.title, (EXAMPLE, failed), channel="response", header=header,
                     sections=(section,)))  # fmt: skip
-    return found
+    return header
 
 
 BROWSER_VARIABLE: Final = "SHAKERPROC_BROWSER"
@@ -396,8 +396,8 @@ def find_browser() -> str | None:
     named = os.environ.get(BROWSER_VARIABLE)
     if named:
         return shutil.which(named)
-    found = (shutil.which(name) for name in NAMES)
-    return next(filter(None, (*found, *_usual_places())), None)
+    paths = (shutil.which(name) for name in NAMES)
+    return next(filter(None, (*paths, *_usual_places())), None)
 
 
 def _usual_places() -> Iterator[str]:

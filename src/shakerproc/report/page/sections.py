@@ -163,27 +163,29 @@ def _ranges() -> Callable[..., range]:
 
     def bounded(*ends: int) -> range:
         nonlocal left
-        found = range(*ends)
-        left -= len(found)
+        made = range(*ends)
+        left -= len(made)
         if left < 0:
             raise OverflowError(f"ranges of more than {MAX_RANGE} items in one page")
-        return found
+        return made
 
     return bounded
 
 
-def environment(own: Template | None = None) -> Environment:
+def environment(template: Template | None = None) -> Environment:
     """Return the templates of the page, in a sandbox: no attribute that could do harm."""
     ours = PackageLoader("shakerproc.report.page")
-    found = _Sandbox(
-        loader=ours if own is None else ChoiceLoader([DictLoader({_OWN: own.text}), ours]),
+    sandbox = _Sandbox(
+        loader=ours
+        if template is None
+        else ChoiceLoader([DictLoader({_OWN: template.text}), ours]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.globals["range"] = _ranges()
-    return found
+    sandbox.globals["range"] = _ranges()
+    return sandbox
 
 
 def read_template(path: Path) -> Template:
@@ -224,7 +226,9 @@ def _is_blank(node: nodes.Node) -> bool:
     )
 
 
-def rendered(templates: Environment, own: Template | None, content: Mapping[str, Any]) -> str:
+def rendered(
+    templates: Environment, template: Template | None, content: Mapping[str, Any]
+) -> str:
     """Return the page.
 
     Raises
@@ -232,13 +236,13 @@ def rendered(templates: Environment, own: Template | None, content: Mapping[str,
     LogError
         If a template of the log does what it must not, or names what is not there.
     """
-    if own is None:
+    if template is None:
         return templates.get_template(BASE).render(content)
     try:
         with limited_memory(MOST_MEMORY), deadline(MOST_SECONDS):
             return templates.get_template(_OWN).render(content)
     except Exception as error:  # a template may fail in any way
-        raise LogError(_template_error(own.name, error)) from error
+        raise LogError(_template_error(template.name, error)) from error
 
 
 def _template_error(name: str, error: Exception) -> str:
@@ -348,7 +352,7 @@ class HeaderView:
         Label and text.
     instruments : ReportTable, optional
         Instruments and sensors with their calibration, the last column until when it is valid.
-    told : sequence of str
+    flag_names : sequence of str
         The same, one for each row, as flags of runs begin with it.
     photo : str
         The specimen as a data URI; empty where there is none.
@@ -358,7 +362,7 @@ class HeaderView:
 
     lines: Sequence[tuple[str, str]]
     instruments: ReportTable | None = None
-    told: Sequence[str] = ()
+    flag_names: Sequence[str] = ()
     photo: str = ""
     template: Template | None = None
 
@@ -407,6 +411,6 @@ def with_expired(view: HeaderView, runs: Sequence[RunSummary]) -> HeaderView:
         (*row[:-1], _EXPIRED.format(row[-1]))
         if any(message.startswith(f"{told}: ") for message in flagged)
         else row
-        for row, told in zip(view.instruments.rows, view.told, strict=True)
+        for row, told in zip(view.instruments.rows, view.flag_names, strict=True)
     ]
     return replace(view, instruments=replace(view.instruments, rows=rows))

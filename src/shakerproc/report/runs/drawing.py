@@ -97,8 +97,8 @@ def marked(drawing: PageFigure, run: RunSummary) -> PageFigure:
     """Return a drawing that says so where the recording was cut short."""
     if not run.incomplete:
         return drawing
-    told = run.status_text.replace("incomplete,", "INCOMPLETE:")
-    return replace(drawing, caption=f"{drawing.caption} {told}.")
+    text = run.status_text.replace("incomplete,", "INCOMPLETE:")
+    return replace(drawing, caption=f"{drawing.caption} {text}.")
 
 
 def _drawings(figure: Figure, test: str) -> list[PageFigure]:
@@ -138,12 +138,12 @@ def _without_label(plot: Plot) -> Plot:
 
 def time_signals(recording: Recording) -> "MatplotlibFigure":
     """Return every channel against time: the extremes of each of some thousand slices."""
-    found = envelope(recording.blocks(), recording.n_samples, recording.sample_rate)
+    extremes = envelope(recording.blocks(), recording.n_samples, recording.sample_rate)
     named = []
     for channel in recording.channels:
         unit, factor = read_unit(channel.unit)
         named.append((channel.name, unit, factor))
-    return _drawn(recording.run, found, named, recording.duration)
+    return _drawn(recording.run, extremes, named, recording.duration)
 
 
 def signals(
@@ -162,17 +162,17 @@ def signals(
     """
     rate = (time.size - 1) / float(time[-1]) if time.size > 1 else 1.0
     rows = np.stack([samples for _, _, samples in named])
-    found = envelope([rows], time.size, rate)
+    extremes = envelope([rows], time.size, rate)
     return _drawn(
         title,
-        found,
+        extremes,
         [(name, *USUAL.unit(unit)) for name, unit, _ in named],
         time.size / rate,
     )
 
 
 def _drawn(
-    title: str, found: Envelope, named: Sequence[tuple[str, str, float]], duration: float
+    title: str, extremes: Envelope, named: Sequence[tuple[str, str, float]], duration: float
 ) -> "MatplotlibFigure":
     n = len(named)
     with style.look():
@@ -180,8 +180,8 @@ def _drawn(
             7.0, 0.5 + 0.85 * n, n, sharex=True, left=LEFT, legend=False
         )
         for i, (axis, (name, unit, factor)) in enumerate(zip(axes, named, strict=True)):
-            low, high = found.low[i] * factor, found.high[i] * factor
-            axis.fill_between(found.time, low, high, color=style.COLOURS[0], lw=0.5)
+            low, high = extremes.low[i] * factor, extremes.high[i] * factor
+            axis.fill_between(extremes.time, low, high, color=style.COLOURS[0], lw=0.5)
             style.name(axis, name)
             axis.set_ylabel(f"[{unit}]")
         style.head(axes[0], title, f"{numeral(duration, 4)} s", legend=False)

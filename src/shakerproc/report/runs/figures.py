@@ -176,21 +176,27 @@ def _each_way(content: RunContent, kind: str, unit: str | None = None) -> list[C
 
 def _harmonics_of_sweep(content: RunContent) -> list[Curve]:
     """Return harmonics over their fundamental, each named once whatever the sweeps."""
-    found, parts = [], list(dict.fromkeys(c.part for c in content.of("sweep_harmonic")))
+    curves, parts = [], list(dict.fromkeys(c.part for c in content.of("sweep_harmonic")))
     named: set[str] = set()
     for c in content.of("sweep_harmonic"):
         label = "" if c.part in named else c.part
         named.add(c.part)
-        found.append(Curve(label, c.x, c.y, parts.index(c.part) % len(RESPONSE_STYLES)))
-    return found
+        curves.append(Curve(label, c.x, c.y, parts.index(c.part) % len(RESPONSE_STYLES)))
+    return curves
 
 
 def _spans(content: RunContent) -> str:
     """Return from where to where each sweep goes, in words."""
     first = content.of("sweep")[0].channel
-    own = [c for c in content.of("sweep") if c.channel == first]
-    told = [f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in own]
-    return f": {', '.join(told)}" if len(told) <= MOST_TOLD else f", {len(told)} sweeps"
+    sweeps = [c for c in content.of("sweep") if c.channel == first]
+    sentences = [
+        f"{c.part} {numeral(c.x.min(), 4)} to {numeral(c.x.max(), 4)} Hz" for c in sweeps
+    ]
+    return (
+        f": {', '.join(sentences)}"
+        if len(sentences) <= MOST_TOLD
+        else f", {len(sentences)} sweeps"
+    )
 
 
 def _tallest(run: RunSummary, unit: str) -> str:
@@ -217,9 +223,9 @@ def harmonics_plot(content: RunContent) -> Plot | None:
         return None
     tone = float(lines[0].x[0])
     names = {float(x): f"{round(x / tone)} x {numeral(tone, 4)} Hz" for x in lines[0].x}
-    apart = 0.4 * tone / len(lines)
+    spacing = 0.4 * tone / len(lines)
     points = [
-        replace(line, x=line.x + apart * (i - (len(lines) - 1) / 2.0), points=True)
+        replace(line, x=line.x + spacing * (i - (len(lines) - 1) / 2.0), points=True)
         for i, line in enumerate(lines)
     ]
     unit = content.units[0] if len(content.units) == 1 else "unit of the channel"
@@ -261,15 +267,15 @@ def _limits(
     control: ControlSummary, per_decade: float
 ) -> list[tuple[str, tuple[float, float], int]]:
     """Return name, values and style of the alarm and abort limits; 10 or 20 dB a decade."""
-    found = []
+    rows = []
     for name, decibels, number in (
         ("alarm", control.alarm_db, style.ALARM_STYLE),
         ("abort", control.abort_db, style.ABORT_STYLE),
     ):
         factor = 10.0 ** (decibels / per_decade)
         pair = (control.demanded / factor, control.demanded * factor)
-        found.append((f"{name} ±{decibels:g} dB", pair, number))
-    return found
+        rows.append((f"{name} ±{decibels:g} dB", pair, number))
+    return rows
 
 
 def _lines(
@@ -361,8 +367,8 @@ def psd(content: RunContent) -> Figure | None:
     """Return the density of every channel, two axes for each unit."""
     plots = [_density(content, unit) for unit in content.units if content.of("psd", unit)]
     height = 3.0 if len(plots) == 1 else 2.2
-    found = [replace(plot, height=height) for plot in plots]
-    return Figure("psd", found, _worth(content.run)) if found else None
+    resized = [replace(plot, height=height) for plot in plots]
+    return Figure("psd", resized, _worth(content.run)) if resized else None
 
 
 def _worth(run: RunSummary) -> str:
@@ -483,34 +489,39 @@ def _before_and_after(
     content: RunContent, curves: Sequence[RunCurve]
 ) -> dict[str, list[Curve]]:
     """Return the curves of each channel: before in grey, after in its colour."""
-    found: dict[str, list[Curve]] = {}
+    columns: dict[str, list[Curve]] = {}
     for c in curves:
         before = c.part == "before"
         number = style.CONTROL_STYLES[1] if before else content.styles[c.channel]
-        found.setdefault(c.channel, []).append(Curve(c.part, c.x, c.y, number))
-    return found
+        columns.setdefault(c.channel, []).append(Curve(c.part, c.x, c.y, number))
+    return columns
 
 
 def spectrogram(content: RunContent) -> Figure | None:
     """Return the density of one channel against time and frequency."""
-    found = content.surface
-    if found is None:
+    surface = content.surface
+    if surface is None:
         return None
-    top = float(found.level.max())
+    top = float(surface.level.max())
     image = Image(
-        found.time, found.frequency, found.level, top - RANGE_DB, top, f"dB re 1 {found.unit}"
+        surface.time,
+        surface.frequency,
+        surface.level,
+        top - RANGE_DB,
+        top,
+        f"dB re 1 {surface.unit}",
     )
     plot = Plot(
         [],
-        Axis("time [s]", float(found.time[0]), float(found.time[-1])),
-        Axis("frequency [Hz]", 0.0, float(found.frequency[-1])),
+        Axis("time [s]", float(surface.time[0]), float(surface.time[-1])),
+        Axis("frequency [Hz]", 0.0, float(surface.frequency[-1])),
         title="Spectrogram",
-        caption=f"Density of {found.channel} in dB re 1 {found.unit}; of neighbouring cells "
-        "the largest.",
+        caption=f"Density of {surface.channel} in dB re 1 {surface.unit}; of neighbouring "
+        "cells the largest.",
         image=image,
         height=3.1,
     )
-    return Figure("spectrogram", [plot], f"spectrogram of {found.channel}")
+    return Figure("spectrogram", [plot], f"spectrogram of {surface.channel}")
 
 
 FIGURES: Final[Mapping[str, Callable[[RunContent], Figure | None]]] = MappingProxyType({

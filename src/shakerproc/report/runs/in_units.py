@@ -80,8 +80,8 @@ class RunContent:
 
     def of(self, kind: str, unit: str | None = None) -> list[RunCurve]:
         """Return the curves of a kind, those of channels of one unit if it is given."""
-        found = [curve for curve in self.curves if curve.kind == kind]
-        return [c for c in found if unit is None or self.unit_of(c.channel) == unit]
+        curves = [curve for curve in self.curves if curve.kind == kind]
+        return [c for c in curves if unit is None or self.unit_of(c.channel) == unit]
 
     def lines(self, kind: str, unit: str | None = None) -> list[Curve]:
         """Return the curves of a kind as lines, each in the style of its channel."""
@@ -342,7 +342,7 @@ def _analysis(one: AnalysisSummary, units: ShownUnits, kept: list[str]) -> Analy
 
 def _row(row: Mapping[str, Value], units: ShownUnits) -> dict[str, Value]:
     """Return a row of a summary; a header whose unit is another is one for people."""
-    found: dict[str, Value] = {}
+    values: dict[str, Value] = {}
     factors = {
         name: units.unit(str(row[column]))[1]
         for column, names in IN_UNIT.items()
@@ -351,13 +351,13 @@ def _row(row: Mapping[str, Value], units: ShownUnits) -> dict[str, Value]:
     }
     for name, value in row.items():
         if name in IN_UNIT:
-            found[name] = units.unit(str(value))[0]
+            values[name] = units.unit(str(value))[0]
             continue
         label, factor = units.label(heading(name))
         factor *= factors.get(name, 1.0)
         scaled = value * factor if isinstance(value, float) else value
-        found[label if label != heading(name) else name] = scaled
-    return found
+        values[label if label != heading(name) else name] = scaled
+    return values
 
 
 def _panel(panel: PanelSummary, units: ShownUnits, kept: list[str]) -> PanelSummary:

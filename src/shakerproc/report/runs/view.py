@@ -132,8 +132,8 @@ def _analysis_view(one: AnalysisSummary, run: RunSummary) -> AnalysisView:
 
 def _title(run: RunSummary) -> str:
     names = ("specimen", "joint", "clearance_m", "orientation", "excitation", "level")
-    told = (trends.shown(name, run.facts.get(name)) for name in names)
-    return ", ".join((f"Test {run.test}", *filter(None, told)))
+    facts = (trends.shown(name, run.facts.get(name)) for name in names)
+    return ", ".join((f"Test {run.test}", *filter(None, facts)))
 
 
 def _facts(run: RunSummary) -> str:
@@ -178,7 +178,7 @@ def _spectrum_note(run: RunSummary) -> str:
 
 def _finer_note(run: RunSummary) -> str:
     """Return which dampings come from finer bins than the other numbers."""
-    told = [
+    sentences = [
         f"{row.channel.name} at {numeral(row.peak.frequency_hz, 4)} Hz from bins of "
         f"{numeral(row.peak.damping_bin_hz)} Hz"
         for row in tables.peak_rows(run)
@@ -187,7 +187,7 @@ def _finer_note(run: RunSummary) -> str:
         and run.spectrum is not None
         and row.peak.damping_bin_hz < 0.99 * run.spectrum.bin_width_hz
     ]
-    return f" Damping of {', '.join(told)}." if told else ""
+    return f" Damping of {', '.join(sentences)}." if sentences else ""
 
 
 def number(value: float | None, form: str = ".4g") -> str:
@@ -268,14 +268,14 @@ def counts(runs: Sequence[RunSummary]) -> list[Count]:
 
 def attention(runs: Sequence[RunSummary], views: Sequence[RunView]) -> list[Attention]:
     """Return failed runs, then incomplete ones, then other flags; the same is told once."""
-    found: dict[Attention, list[tuple[str, str]]] = {}
+    columns: dict[Attention, list[tuple[str, str]]] = {}
     for run, view in zip(runs, views, strict=True):
-        told = [Attention("flag", f.kind, f.channel, f.message) for f in run.flags]
+        sentences = [Attention("flag", f.kind, f.channel, f.message) for f in run.flags]
         if run.status == "failed":
-            told.insert(0, Attention("status-failed", "failed", "", run.error))
-        for item in told:
-            found.setdefault(item, []).append((run.test, view.anchor))
-    items = [replace(item, tests=tests) for item, tests in found.items()]
+            sentences.insert(0, Attention("status-failed", "failed", "", run.error))
+        for item in sentences:
+            columns.setdefault(item, []).append((run.test, view.anchor))
+    items = [replace(item, tests=tests) for item, tests in columns.items()]
     return sorted(items, key=lambda item: (item.what != "failed", item.what != "incomplete"))
 
 
@@ -404,18 +404,20 @@ def resonances(runs: Sequence[RunSummary], channel: str) -> ReportTable | None:
     Of |H1|; of the density where there is no control; of the response functions of blows. None
     without any.
     """
-    found = {run.test: list(_peaks(run, channel)) for run in runs if run.status == "done"}
-    most = max(map(len, found.values()), default=0)
+    peaks_by_test = {
+        run.test: list(_peaks(run, channel)) for run in runs if run.status == "done"
+    }
+    most = max(map(len, peaks_by_test.values()), default=0)
     if not most:
         return None
     rows = [
         [
             run.test,
             *(trends.shown(name, run.facts.get(name)) for name in FACTS),
-            *(found[run.test] + [""] * most)[:most],
+            *(peaks_by_test[run.test] + [""] * most)[:most],
         ]
         for run in runs
-        if run.test in found
+        if run.test in peaks_by_test
     ]
     heads = ("test", *(name.removesuffix("_m") for name in FACTS))
     return filled(

@@ -70,8 +70,12 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "profile": _Kind(
         "ProfileJudgement", lambda result: result.test.profile is not None, of_spectra=True
     ),
-    "tones": _Kind("ToneAnalysis", lambda result: result.tones is not None, of_spectra=True),
-    "blows": _Kind("BlowAnalysis", lambda result: result.blows is not None, of_spectra=True),
+    "tones": _Kind(
+        "ToneAnalysis", lambda result: result.over_time.tones is not None, of_spectra=True
+    ),
+    "blows": _Kind(
+        "BlowAnalysis", lambda result: result.over_time.blows is not None, of_spectra=True
+    ),
     "response_functions": _Kind("ResponseFunctionAnalysis", _over_a_force, of_spectra=True),
     "resonances": _Kind("ResonanceAnalysis", _over_a_force, of_spectra=True),
     "driving_point": _Kind("DrivingPointAnalysis", _over_a_force),
@@ -82,7 +86,7 @@ ANALYSES: Final[Mapping[str, _Kind]] = MappingProxyType({
     "integration": _Kind("IntegrationAnalysis", _is_wanted("integration")),
     "octaves": _Kind("OctaveAnalysis", _is_wanted("octaves")),
     "distribution": _Kind("DistributionAnalysis", _is_wanted("distribution")),
-    "orders": _Kind("OrderAnalysis", lambda result: result.shaft is not None),
+    "orders": _Kind("OrderAnalysis", lambda result: result.over_time.shaft is not None),
     "dwell": _Kind("DwellAnalysis", _is_wanted("dwell")),
     "waterfall": _Kind("WaterfallAnalysis", _is_wanted("waterfall")),
     "splitting": _Kind("SplittingAnalysis", _is_wanted("splitting")),
@@ -106,27 +110,27 @@ def with_analyses(recording: Recording, result: RunResult) -> RunResult:
     SpectrumError
         If the recording does not allow what is asked of this test itself.
     """
-    found: list[Analysis] = []
+    analyses: list[Analysis] = []
     notes = [*result.notes, *missing_functions(result)]
     for kind, one in ANALYSES.items():
         if not one.wanted(result):
             continue
         try:
-            analysis = _analysis(kind).of(recording, replace(result, analyses=tuple(found)))
+            analysis = _analysis(kind).of(recording, replace(result, analyses=tuple(analyses)))
         except SpectrumError as error:
             if kind not in result.test.processing.inherited:
                 raise
             notes.append(f"Left out: {error}")
         else:
-            found += [] if analysis is None else [analysis]
-    if result.tones is not None:
-        notes.append(_with_tones(found))
-    return replace(result, analyses=tuple(found), notes=tuple(notes))
+            analyses += [] if analysis is None else [analysis]
+    if result.over_time.tones is not None:
+        notes.append(_with_tones(analyses))
+    return replace(result, analyses=tuple(analyses), notes=tuple(notes))
 
 
-def _with_tones(found: Sequence[Analysis]) -> str:
+def _with_tones(analyses: Sequence[Analysis]) -> str:
     """Return the sentence on numbers that include the tones of a sine on random."""
-    whole = [one.title for one in found if not ANALYSES[one.kind].of_spectra]
+    whole = [one.title for one in analyses if not ANALYSES[one.kind].of_spectra]
     names = ", ".join(["Rms", "largest value", "crest factor", "kurtosis", *whole])
     return (
         f"{names} and what is drawn over time are of the whole signal, tones and all; rms in "
@@ -169,15 +173,15 @@ def natural_frequencies(
     SpectrumError
         If they reach beyond a tenth of the sample rate, or do not rise.
     """
-    most = HIGHEST * result.sample_rate
-    longest = result.sample_rate / result.crop.n_samples
+    most = HIGHEST * result.recorded.sample_rate
+    longest = result.recorded.sample_rate / result.crop.n_samples
     low = longest if ends[0] is None else ends[0]
     high = most if ends[1] is None else ends[1]
     if high > most * (1.0 + 1e-9):
         raise SpectrumError(
             f"{kind}: to is {high:g} Hz, above a tenth of the sample rate of "
-            f"{result.sample_rate:g} Hz, where the samples do not show the peaks any more. "
-            f"Give to: {numeral(0.999 * most, 4)} Hz or less, or record faster"
+            f"{result.recorded.sample_rate:g} Hz, where the samples do not show the peaks any "
+            f"more. Give to: {numeral(0.999 * most, 4)} Hz or less, or record faster"
         )
     if not low < high:
         raise SpectrumError(
@@ -192,6 +196,6 @@ def offset_free(
     """Return the samples of the run in blocks, without the mean where the log detrends."""
     offset = np.zeros((len(rows), 1))
     if result.test.processing.detrend != "none":
-        offset = result.statistics.mean[list(rows), np.newaxis]
+        offset = result.averages.statistics.mean[list(rows), np.newaxis]
     for block in recording.blocks(result.crop.start, result.crop.stop):
         yield block - offset

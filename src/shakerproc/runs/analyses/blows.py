@@ -40,21 +40,21 @@ class BlowAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the blows of a run; None where it was not struck."""
         del recording
-        if result.blows is None:
+        if result.over_time.blows is None:
             return None
-        found, rate = result.blows, result.sample_rate
-        rows = tuple(_row(i, blow, rate) for i, blow in enumerate(found.blows, 1))
+        blows, rate = result.over_time.blows, result.recorded.sample_rate
+        rows = tuple(_row(i, blow, rate) for i, blow in enumerate(blows.blows, 1))
         return Analysis(
             kind=self.kind,
-            title=f"Blows: {len(found.kept)} of {len(found.blows)} averaged",
+            title=f"Blows: {len(blows.kept)} of {len(blows.blows)} averaged",
             columns={name: [row[name] for row in rows] for name in rows[0]},
             summary=rows,
-            panels=(_pulses(found),),
-            told=(
-                *_cut_text(found, 100.0 * result.spectra.added_damping(1.0)),
-                *_reach(result, found),
+            panels=(_pulses(blows),),
+            sentences=(
+                *_cut_text(blows, 100.0 * result.spectra.added_damping(1.0)),
+                *_reach(result, blows),
             ),
-            problems=tuple(_problems(found)),
+            problems=tuple(_problems(blows)),
         )
 
 
@@ -70,32 +70,32 @@ def _row(number: int, blow: Blow, rate: float) -> dict[str, Cell]:
     }
 
 
-def _cut_text(found: Blows, added: float) -> list[str]:
+def _cut_text(blows: Blows, added: float) -> list[str]:
     """Return how blows were cut; `added` is the damping of the window at 1 Hz [%]."""
-    cut, rate = found.setup.cut, found.setup.cut.sample_rate
-    told = [
-        f"Trigger at {numeral(found.setup.strikes.level, 4)} N; blocks of "
+    cut, rate = blows.setup.cut, blows.setup.cut.sample_rate
+    sentences = [
+        f"Trigger at {numeral(blows.setup.strikes.level, 4)} N; blocks of "
         f"{numeral(cut.length / rate, 4)} s, {numeral(cut.before / rate)} s of them before the "
         f"trigger, {numeral(rate / cut.length)} Hz from line to line."
     ]
     if cut.force_window is not None:
-        told.append(
+        sentences.append(
             f"The force is set to 0 from {numeral(cut.force_window / rate)} s after the "
             "trigger on."
         )
     if cut.decay_rate:
-        told.append(
+        sentences.append(
             f"The exponential window (time constant {numeral(1.0 / cut.decay_rate, 4)} s) "
             f"lowers and widens the peaks that are drawn. It adds {numeral(added, 4)} % times "
             "1 Hz/f to a damping ratio at f. Natural frequency and damping in the table of "
             "resonances are without it."
         )
-    return told
+    return sentences
 
 
-def _reach(result: RunResult, found: Blows) -> Iterator[str]:
+def _reach(result: RunResult, blows: Blows) -> Iterator[str]:
     """Yield where the force has fallen by 20 dB, if it does within the band."""
-    frequency, force = result.spectra.frequency, result.psd[found.setup.force]
+    frequency, force = result.spectra.frequency, result.averages.psd[blows.setup.force]
     inside = excited(frequency, result.band)
     weak = frequency[inside & (force < FALLEN * force[inside].max())]
     if weak.size:
@@ -105,37 +105,37 @@ def _reach(result: RunResult, found: Blows) -> Iterator[str]:
         )
 
 
-def _problems(found: Blows) -> list[str]:
+def _problems(blows: Blows) -> list[str]:
     problems = []
-    name = found.setup.names[found.setup.force]
-    if found.setup.strikes.sign < 0:
+    name = blows.setup.names[blows.setup.force]
+    if blows.setup.strikes.sign < 0:
         problems.append(
             f"the blows of {name} are negative: the hammer is the wrong way round. All phases "
             "are off by 180°; give its sensitivity the other sign"
         )
-    left, cut = found.left, found.setup.cut
-    if left * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
+    end_share, cut = blows.end_share, blows.setup.cut
+    if end_share * np.exp(-cut.decay_rate * cut.length / cut.sample_rate) > LEFT:
         problems.append(
-            f"{left:.0%} of a response is left at the end of the blocks (rms over its largest "
-            "value): what is cut off falsifies the peaks. Take a longer block, or processing: "
-            "{hammer: {exponential: 1 %}}, whose damping is taken away again"
+            f"{end_share:.0%} of a response is left at the end of the blocks (rms over its "
+            "largest value): what is cut off falsifies the peaks. Take a longer block, or "
+            "processing: {hammer: {exponential: 1 %}}, whose damping is taken away again"
         )
-    problems += _silent(found)
-    if len(found.kept) == 1:
+    problems += _silent(blows)
+    if len(blows.kept) == 1:
         problems.append(
             "one blow is averaged, and one average has no coherence; strike three times or more"
         )
     if cut.quiet < LEAST_QUIET:
-        problems.append(_unknown_noise(found))
+        problems.append(_unknown_noise(blows))
     return problems
 
 
-def _unknown_noise(found: Blows) -> str:
+def _unknown_noise(blows: Blows) -> str:
     """Return the message on unknown noise where too little lies before the blows."""
-    cut = found.setup.cut
+    cut = blows.setup.cut
     peaks = (
         ", and of the peaks of a single blow only the tallest is listed"
-        if len(found.kept) == 1
+        if len(blows.kept) == 1
         else ""
     )
     return (
@@ -147,10 +147,10 @@ def _unknown_noise(found: Blows) -> str:
     )
 
 
-def _silent(found: Blows) -> Iterator[str]:
+def _silent(blows: Blows) -> Iterator[str]:
     """Yield which channel does not respond to some blows, although it does to most."""
-    numbered = [(i, blow) for i, blow in enumerate(found.blows, 1) if blow.kept]
-    for name in found.setup.names:
+    numbered = [(i, blow) for i, blow in enumerate(blows.blows, 1) if blow.kept]
+    for name in blows.setup.names:
         missed = [str(i) for i, blow in numbered if name in blow.silent]
         if 0 < len(missed) <= SOME * len(numbered):
             yield (
@@ -159,17 +159,17 @@ def _silent(found: Blows) -> Iterator[str]:
             )
 
 
-def _pulses(found: Blows) -> Panel:
-    cut, name = found.setup.cut, found.setup.names[found.setup.force]
-    width = round(max(blow.width for blow in found.kept) * cut.sample_rate)
+def _pulses(blows: Blows) -> Panel:
+    cut, name = blows.setup.cut, blows.setup.names[blows.setup.force]
+    width = round(max(blow.width for blow in blows.kept) * cut.sample_rate)
     first = max(cut.before - AROUND[0] * width, 0)
-    drawn = found.pulses[:MOST_DRAWN, first : cut.before + AROUND[1] * width]
+    drawn = blows.pulses[:MOST_DRAWN, first : cut.before + AROUND[1] * width]
     after = first + np.arange(drawn.shape[1]) - cut.before
     time = np.asarray(1e3 / cut.sample_rate * after)
     return Panel(
         "blows_force",
         "Force of the blows that are averaged",
-        f"{len(drawn)} of {len(found.kept)} blows.",
+        f"{len(drawn)} of {len(blows.kept)} blows.",
         PanelScale("time after the trigger [ms]", logarithmic=False),
         PanelScale("force [N]", logarithmic=False),
         tuple(

@@ -125,7 +125,7 @@ def signature(trend: DecayTrend, readings: Sequence[DecayReading]) -> str:
 def law_words(trend: DecayTrend) -> str:
     """Return which laws would do that; empty where nothing changes."""
     shift = trend.shift if trend.shifts else 0.0
-    found = (
+    sentences = (
         (trend.law == -1, "A part of the damping goes as 1/amplitude: dry friction "
          "(coulomb_friction)."),
         (trend.law == 1, "A part of the damping goes as amplitude: a quadratic law "
@@ -137,7 +137,7 @@ def law_words(trend: DecayTrend) -> str:
         (shift < 0.0, "Softer at larger amplitude: a softening spring (cubic_stiffness)."),
         (trend.damps, "Damping changes with amplitude, and stiffness does not."),
     )  # fmt: skip
-    return next((text for holds, text in found if holds), "")
+    return next((text for holds, text in sentences if holds), "")
 
 
 @final
@@ -256,7 +256,7 @@ class DecayAnalysis(AbstractAnalysis):
             columns=_columns(known),
             summary=tuple(_row(mode) for mode in modes),
             panels=tuple(panel for mode in known[:DRAWN] for panel in _panels(mode)),
-            told=(
+            sentences=(
                 *_sentences(modes, start, result),
                 *(() if expected else problems),
             ),
@@ -272,7 +272,7 @@ def _modes(recording: Recording, result: RunResult) -> tuple[list[DecayMode], fl
     SpectrumError
         If there is none.
     """
-    channels, crop, rate = result.channels, result.crop, result.sample_rate
+    channels, crop, rate = result.channels, result.crop, result.recorded.sample_rate
     driving = {"control"} if result.controls else {"force"}
     inputs = [i for i, c in enumerate(channels) if c.role in driving]
     rows = [
@@ -319,7 +319,7 @@ def _nothing(kind: str, why: str, result: RunResult) -> Analysis:
         columns={},
         summary=(),
         panels=(),
-        told=(why,),
+        sentences=(why,),
         problems=(why,) if flagged else (),
     )
 

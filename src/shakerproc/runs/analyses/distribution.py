@@ -29,7 +29,7 @@ class DistributionAnalysis(AbstractAnalysis):
         wanted = result.test.processing.distribution
         if wanted is None:
             return None
-        statistics = result.statistics
+        statistics = result.averages.statistics
         edges = _edges(statistics, wanted.bins)
         counts, beyond = _counted(recording, result, edges)
         density = counts / (result.crop.n_samples * np.diff(edges))
@@ -64,7 +64,7 @@ def _counted(
     recording: Recording, result: RunResult, edges: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return samples in each interval, (n_channels, n_bins), and far out, (n_channels,)."""
-    statistics = result.statistics
+    statistics = result.averages.statistics
     spread = np.where(statistics.standard_deviation > 0.0, statistics.standard_deviation, 1.0)
     counts = np.zeros((len(result.channels), edges.size - 1))
     beyond = np.zeros(len(result.channels))
@@ -77,7 +77,7 @@ def _counted(
 
 
 def _row(result: RunResult, i: int, beyond: float) -> dict[str, Cell]:
-    statistics, channel = result.statistics, result.channels[i]
+    statistics, channel = result.averages.statistics, result.channels[i]
     unit, factor = shown_unit(channel.unit)
     moves = bool(statistics.standard_deviation[i] > 0.0)
     return {

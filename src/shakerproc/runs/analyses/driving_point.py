@@ -26,16 +26,16 @@ class DrivingPointAnalysis(AbstractAnalysis):
         force, uses = lone_force(result.channels), uses_of(recording, result.test)
         if force is None or not uses:
             return None
-        found = [
+        shares = [
             (result.channels[row].name, _share(result, force, row, sense))
             for row, sense in _at_the_force(result, uses, force)
         ]
-        if not found:
+        if not shares:
             return None
         name = result.channels[force].name
         rows: tuple[dict[str, Cell], ...] = tuple(
             {"function": f"{sensor} / {name}", "power_in_percent": 100.0 * share}
-            for sensor, share in found
+            for sensor, share in shares
         )
         return Analysis(
             kind=self.kind,
@@ -43,9 +43,9 @@ class DrivingPointAnalysis(AbstractAnalysis):
             columns={key: [row[key] for row in rows] for key in rows[0]},
             summary=rows,
             panels=(),
-            told=("Power that the force feeds in where it acts, net over gross: 100 % if all "
-                  "is the right way round.",),
-            problems=tuple(text for one in found if (text := _problem(name, *one))),
+            sentences=("Power that the force feeds in where it acts, net over gross: 100 % if "
+                       "all is the right way round.",),
+            problems=tuple(text for one in shares if (text := _problem(name, *one))),
         )  # fmt: skip
 
 
@@ -53,16 +53,20 @@ def _at_the_force(
     result: RunResult, uses: list[ChannelUse], force: int
 ) -> Iterator[tuple[int, float]]:
     """Yield each sensor at the place of the force, and 1, or -1 where it faces against it."""
-    own = (uses[force].position, uses[force].direction)
+    place = (uses[force].position, uses[force].direction)
     for row, use in enumerate(uses):
-        sense = sense_of(own, (use.position, use.direction))
+        sense = sense_of(place, (use.position, use.direction))
         if row != force and sense and result.channels[row].unit in INTEGRATIONS:
             yield row, sense
 
 
 def _share(result: RunResult, force: int, row: int, sense: float) -> float:
     """Return the share of the power that goes in, a hammer with negative blows turned round."""
-    turned = 1.0 if result.blows is None else float(result.blows.setup.strikes.sign)
+    turned = (
+        1.0
+        if result.over_time.blows is None
+        else float(result.over_time.blows.setup.strikes.sign)
+    )
     unit = result.channels[row].unit
     return sense * turned * power_share(result.spectra, force, row, unit, result.band)
 

@@ -71,17 +71,17 @@ class DwellAnalysis(AbstractAnalysis):
                 f"dwell: the control is a sine near {frequency:g} Hz in {len(known)} of "
                 f"{len(tones)} stretches; correct frequency or crop"
             )
-        found = _dwell(result, tones, n_samples)
+        dwell = _dwell(result, tones, n_samples)
         lost = len(tones) - len(known)
         return Analysis(
             kind=self.kind,
             title="Dwell",
-            columns=_columns(result, found),
-            summary=tuple(_row(result, k, found) for k in range(len(result.responses))),
-            panels=tuple(_panels(result, found)),
-            told=(
-                f"Read in stretches of {numeral(n_samples / result.sample_rate)} s; drift is "
-                "from the first tenth of them to the last.",
+            columns=_columns(result, dwell),
+            summary=tuple(_row(result, k, dwell) for k in range(len(result.responses))),
+            panels=tuple(_panels(result, dwell)),
+            sentences=(
+                f"Read in stretches of {numeral(n_samples / result.recorded.sample_rate)} s; "
+                "drift is from the first tenth of them to the last.",
                 *(
                     [f"In {lost} of {len(tones)} stretches the control is no sine."]
                     * bool(lost)
@@ -98,7 +98,7 @@ def _stretch(result: RunResult, frequency: float, every: float | None) -> int:
     SpectrumError
         If the run holds fewer than `FEWEST` of them.
     """
-    n_samples, rate = result.crop.n_samples, result.sample_rate
+    n_samples, rate = result.crop.n_samples, result.recorded.sample_rate
     wanted = max(n_samples / MOST, PERIODS * rate / frequency)
     stretch = int(np.ceil(wanted if every is None else every * rate))
     if n_samples < FEWEST * stretch:
@@ -113,19 +113,23 @@ def _tones(
     recording: Recording, result: RunResult, frequency: float, n_samples: int
 ) -> list[Tone | None]:
     """Return the tone of each stretch, looked for where it was last; None where none is."""
-    found: list[Tone | None] = []
+    tones: list[Tone | None] = []
     for start in range(result.crop.start, result.crop.stop - n_samples + 1, n_samples):
         samples = recording.samples(start, start + n_samples)
         try:
             tone = spectra.tone_response(
-                samples, result.sample_rate, result.controls, frequency=frequency, start=start
+                samples,
+                result.recorded.sample_rate,
+                result.controls,
+                frequency=frequency,
+                start=start,
             )
         except SpectrumError:
-            found.append(None)
+            tones.append(None)
         else:
-            found.append(tone)
+            tones.append(tone)
             frequency = tone.frequency
-    return found
+    return tones
 
 
 def _dwell(result: RunResult, tones: Sequence[Tone | None], n_samples: int) -> _Dwell:
@@ -141,21 +145,21 @@ def _dwell(result: RunResult, tones: Sequence[Tone | None], n_samples: int) -> _
     phase = np.full(gain.shape, np.nan)
     phase[:, known] = np.degrees(np.unwrap(np.angle(gain[:, known])))
     middle = result.crop.start + (number + 0.5) * n_samples
-    time: FloatArray = np.asarray(middle / result.sample_rate)
+    time: FloatArray = np.asarray(middle / result.recorded.sample_rate)
     return _Dwell(time, frequency, control, np.abs(gain), phase)
 
 
-def _columns(result: RunResult, found: _Dwell) -> dict[str, FloatArray]:
+def _columns(result: RunResult, dwell: _Dwell) -> dict[str, FloatArray]:
     unit, factor = shown_unit(result.channels[result.controls[0]].unit)
     columns = {
-        "time_s": found.time,
-        "frequency_hz": found.frequency,
-        f"control{spelled(unit)}": found.control * factor,
+        "time_s": dwell.time,
+        "frequency_hz": dwell.frequency,
+        f"control{spelled(unit)}": dwell.control * factor,
     }
     for k, i in enumerate(result.responses):
         units, name = result.units_of_response(i), result.channels[i].name
-        columns[f"gain_{name}{spelled_ratio(*units)}"] = found.gain[k] * shown_ratio(*units)[1]
-        columns[f"phase_{name}_deg"] = found.phase[k]
+        columns[f"gain_{name}{spelled_ratio(*units)}"] = dwell.gain[k] * shown_ratio(*units)[1]
+        columns[f"phase_{name}_deg"] = dwell.phase[k]
     return columns
 
 
@@ -166,11 +170,11 @@ def _ends(values: FloatArray) -> tuple[float, float]:
     return float(np.median(there[:count])), float(np.median(there[-count:]))
 
 
-def _row(result: RunResult, k: int, found: _Dwell) -> dict[str, Cell]:
+def _row(result: RunResult, k: int, dwell: _Dwell) -> dict[str, Cell]:
     """Return where gain and phase of a response began and ended."""
     i = result.responses[k]
     unit, factor = shown_ratio(*result.units_of_response(i))
-    gain, phase, hertz = (_ends(v) for v in (found.gain[k], found.phase[k], found.frequency))
+    gain, phase, hertz = (_ends(v) for v in (dwell.gain[k], dwell.phase[k], dwell.frequency))
     return {
         "channel": result.channels[i].name,
         "unit": unit or "1",
@@ -185,7 +189,7 @@ def _row(result: RunResult, k: int, found: _Dwell) -> dict[str, Cell]:
     }
 
 
-def _panels(result: RunResult, found: _Dwell) -> list[Panel]:
+def _panels(result: RunResult, dwell: _Dwell) -> list[Panel]:
     """Return gain, for each unit, phase and frequency over time."""
     time = PanelScale("time [s]", logarithmic=False)
     ratios = [shown_ratio(*result.units_of_response(i)) for i in result.responses]
@@ -193,8 +197,8 @@ def _panels(result: RunResult, found: _Dwell) -> list[Panel]:
     panels = []
     for number, unit in enumerate(dict.fromkeys(unit for unit, _ in ratios), 1):
         lines = tuple(
-            PanelLine(name, found.time, gain * ratio[1], channel=name)
-            for name, gain, ratio in zip(names, found.gain, ratios, strict=True)
+            PanelLine(name, dwell.time, gain * ratio[1], channel=name)
+            for name, gain, ratio in zip(names, dwell.gain, ratios, strict=True)
             if ratio[0] == unit
         )
         panels.append(
@@ -203,8 +207,8 @@ def _panels(result: RunResult, found: _Dwell) -> list[Panel]:
                   PanelScale(f"gain [{unit or '-'}]", logarithmic=False), lines)
         )  # fmt: skip
     phases = tuple(
-        PanelLine(name, found.time, phase, channel=name)
-        for name, phase in zip(names, found.phase, strict=True)
+        PanelLine(name, dwell.time, phase, channel=name)
+        for name, phase in zip(names, dwell.phase, strict=True)
     )
     panels.append(
         Panel("dwell_phase", "Phase over time", "Response against the control: at a resonance "
@@ -214,6 +218,6 @@ def _panels(result: RunResult, found: _Dwell) -> list[Panel]:
     panels.append(
         Panel("dwell_frequency", "Frequency over time", "Of the control, as its controller "
               "holds or tracks it.", time, PanelScale("frequency [Hz]", logarithmic=False),
-              (PanelLine("control", found.time, found.frequency),))
+              (PanelLine("control", dwell.time, dwell.frequency),))
     )  # fmt: skip
     return panels

@@ -31,9 +31,9 @@ class FatigueAnalysis(AbstractAnalysis):
         frequency = natural_frequencies(
             result, (wanted.low, wanted.high), wanted.per_octave, self.kind
         )
-        found = fatigue_spectra(
+        spectra = fatigue_spectra(
             offset_free(recording.select(rows), result, rows),
-            result.sample_rate,
+            result.recorded.sample_rate,
             frequency,
             damping=wanted.damping,
             exponent=wanted.exponent,
@@ -41,40 +41,42 @@ class FatigueAnalysis(AbstractAnalysis):
         names = [result.channels[i].name for i in rows]
         how = f"damping {100.0 * wanted.damping:g} %, exponent {wanted.exponent:g}"
         unit = f"(m/s)^{wanted.exponent:g}"
-        rms = found.acceleration / STANDARD_GRAVITY
+        rms = spectra.acceleration / STANDARD_GRAVITY
         return Analysis(
             kind=self.kind,
             title=f"Vibration response and fatigue damage spectra ({how})",
-            columns=_columns(found, names, wanted.exponent),
-            summary=tuple(_row(found, i, name, unit) for i, name in enumerate(names)),
+            columns=_columns(spectra, names, wanted.exponent),
+            summary=tuple(_row(spectra, i, name, unit) for i, name in enumerate(names)),
             panels=(
                 _panel("response", "Vibration response spectrum, absolute acceleration",
-                       "acceleration [g rms]", found.frequency, rms, names),
+                       "acceleration [g rms]", spectra.frequency, rms, names),
                 _panel("damage", f"Fatigue damage spectrum of pseudo-velocity, {how}",
-                       f"damage [{unit}]", found.frequency, found.damage, names),
+                       f"damage [{unit}]", spectra.frequency, spectra.damage, names),
             ),
         )  # fmt: skip
 
 
-def _columns(found: FatigueSpectra, names: list[str], exponent: float) -> dict[str, FloatArray]:
-    columns = {"frequency_hz": found.frequency}
+def _columns(
+    spectra: FatigueSpectra, names: list[str], exponent: float
+) -> dict[str, FloatArray]:
+    columns = {"frequency_hz": spectra.frequency}
     for i, name in enumerate(names):
-        columns[f"acceleration_rms_{name}_g"] = found.acceleration[i] / STANDARD_GRAVITY
-        columns[f"displacement_rms_{name}_mm"] = found.displacement[i] * 1e3
-        columns[f"damage_{name}_m_per_s_to_the_{exponent:g}"] = found.damage[i]
+        columns[f"acceleration_rms_{name}_g"] = spectra.acceleration[i] / STANDARD_GRAVITY
+        columns[f"displacement_rms_{name}_mm"] = spectra.displacement[i] * 1e3
+        columns[f"damage_{name}_m_per_s_to_the_{exponent:g}"] = spectra.damage[i]
     return columns
 
 
-def _row(found: FatigueSpectra, i: int, name: str, unit: str) -> dict[str, Cell]:
+def _row(spectra: FatigueSpectra, i: int, name: str, unit: str) -> dict[str, Cell]:
     """Return the largest values of a channel, and of which oscillators they are."""
-    loudest, worst = int(np.argmax(found.acceleration[i])), int(np.argmax(found.damage[i]))
+    loudest, worst = int(np.argmax(spectra.acceleration[i])), int(np.argmax(spectra.damage[i]))
     return {
         "channel": name,
-        "acceleration_rms_g": float(found.acceleration[i, loudest] / STANDARD_GRAVITY),
-        "acceleration_at_hz": float(found.frequency[loudest]),
-        "damage": float(found.damage[i, worst]),
+        "acceleration_rms_g": float(spectra.acceleration[i, loudest] / STANDARD_GRAVITY),
+        "acceleration_at_hz": float(spectra.frequency[loudest]),
+        "damage": float(spectra.damage[i, worst]),
         "damage_unit": unit,
-        "damage_at_hz": float(found.frequency[worst]),
+        "damage_at_hz": float(spectra.frequency[worst]),
     }
 
 

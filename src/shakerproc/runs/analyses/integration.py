@@ -66,8 +66,8 @@ def _corner(result: RunResult, wanted: float | str | None) -> float | None:
     if wanted == "none":
         return None
     corner = 0.5 * result.band[0] if wanted is None else float(wanted)
-    seconds = result.crop.n_samples / result.sample_rate
-    if not 2.0 / seconds <= corner <= 0.5 * result.sample_rate:
+    seconds = result.crop.n_samples / result.recorded.sample_rate
+    if not 2.0 / seconds <= corner <= 0.5 * result.recorded.sample_rate:
         raise SpectrumError(
             f"integration: a high-pass at {numeral(corner, 4)} Hz does not lie between two "
             f"periods in the run ({numeral(2.0 / seconds, 4)} Hz) and half the sample rate. "
@@ -92,7 +92,9 @@ def _integrals(
         places = np.clip(np.arange(start, stop), part[0], part[1] - 1) - centre
         return recording.samples(start, stop) - middle - slope * places
 
-    return integrated(read, recording.n_samples, result.sample_rate, part, corner=corner)
+    return integrated(
+        read, recording.n_samples, result.recorded.sample_rate, part, corner=corner
+    )
 
 
 @final
@@ -125,7 +127,7 @@ class _Motion:
     def time(self) -> FloatArray:
         """Start of each slice, from the start of the recording [s]."""
         first = self.result.crop.start + self.each * np.arange(self.low.shape[2])
-        return np.array(first / self.result.sample_rate)
+        return np.array(first / self.result.recorded.sample_rate)
 
     def columns(self, names: list[str]) -> dict[str, FloatArray]:
         """Return least and largest of each slice, against time."""

@@ -101,7 +101,7 @@ def read_multisine(
         If there is no input or no response, or the run does not repeat as the log says.
     """
     driving, rows = _roles(result)
-    crop, rate = result.crop, result.sample_rate
+    crop, rate = result.crop, result.recorded.sample_rate
     if crop.n_samples * len(result.channels) > LONGEST:
         raise SpectrumError(
             f"{numeral(crop.n_samples / rate)} s of {len(result.channels)} channels are too "
@@ -181,25 +181,25 @@ def sentence(
     """
     where = f"{name}, {numeral(band[0], 4)} to {numeral(band[1], 4)} Hz"
     if not shares:
-        told = "is not known" if noise is None else f"{_percent(noise)} of the response"
-        return f"{where}: noise {told}; distortion is not known."
+        text = "is not known" if noise is None else f"{_percent(noise)} of the response"
+        return f"{where}: noise {text}; distortion is not known."
     if noise is None:
         parts = [f"{NAMES[one.kind]} {_percent(one.value)}" for one in shares.values()]
         return f"{where}: {', '.join(parts)} of the response (rms), with the noise in them."
-    found = [one for one in shares.values() if one.bands]
-    beside = f"noise {_percent(noise)}"
-    if not found:
+    distorted = [one for one in shares.values() if one.bands]
+    noise_text = f"noise {_percent(noise)}"
+    if not distorted:
         most = max(one.limit for one in shares.values())
-        return f"{where}: linear within {_percent(most)} of the response; {beside}."
+        return f"{where}: linear within {_percent(most)} of the response; {noise_text}."
     rest = [one for one in shares.values() if not one.bands]
     parts = [
         f"{NAMES[one.kind]} of {_percent(one.value)} of the response (rms), out of the noise "
         f"{_bands(one)}, {_percent(one.largest)} at {numeral(one.at, 4)} Hz"
-        for one in found
+        for one in distorted
     ]
     parts += [f"{NAMES[one.kind]} below {_percent(one.limit)}" for one in rest]
-    parts.append(beside)
-    hints = [HINTS[one.kind] for one in found if one.kind in HINTS]
+    parts.append(noise_text)
+    hints = [HINTS[one.kind] for one in distorted if one.kind in HINTS]
     return f"{where}: {'; '.join(parts)}.{f' {_first_upper(hints)}.' if hints else ''}"
 
 
@@ -257,7 +257,7 @@ def problems(reading: MultisineReading) -> Iterator[str]:
             "one period only: the noise is not known, and distortion holds it; record two "
             "periods or more of each realisation, better eight"
         )
-    if reading.grid.even.any() or np.any(reading.grid.carried > 1):
+    if reading.grid.even.any() or np.any(reading.grid.n_exciting > 1):
         return
     alone = "one realisation" if reading.layout.realisations == 1 else "no line excited twice"
     yield (
@@ -269,15 +269,15 @@ def problems(reading: MultisineReading) -> Iterator[str]:
 
 def _shared_lines(grid: LineGrid) -> str:
     """Return how far the realisations share their lines."""
-    shared = int(np.sum(grid.carried > 1))
+    shared = int(np.sum(grid.n_exciting > 1))
     each = grid.excited_in.sum(axis=1)
-    told = (
+    text = (
         f"Each realisation excites lines of its own, {each.min()} to {each.max()} of them; "
         f"{shared} are excited in two or more"
     )
     if not shared:
-        return f"{told}: distortion at the excited lines is not known."
-    return f"{told} and tell the scatter. Each line is averaged over the realisations it has."
+        return f"{text}: distortion at the excited lines is not known."
+    return f"{text} and tell the scatter. Each line is averaged over the realisations it has."
 
 
 def _no_detection(reading: MultisineReading) -> str:
@@ -320,7 +320,7 @@ class MultisineAnalysis(AbstractAnalysis):
             panels=tuple(
                 _panel(i, reading, result) for i in range(min(len(reading.rows), DRAWN))
             ),
-            told=(
+            sentences=(
                 *(
                     sentence(name, share, one.noise_share, band)
                     for name, share, one in zip(names, shares, reading.spectra, strict=True)
@@ -347,7 +347,7 @@ def _columns(reading: MultisineReading, result: RunResult) -> dict[str, Any]:
         "line": grid.number,
         "frequency_hz": grid.frequency,
         "kind": kinds.astype(object),
-        "excited_realisations": grid.carried,
+        "excited_realisations": grid.n_exciting,
         f"input_{name}{spelled(unit)}": np.where(
             grid.excited, factor * reading.spectra[0].input, np.nan
         ),
@@ -410,7 +410,7 @@ def _panel(i: int, reading: MultisineReading, result: RunResult) -> Panel:
         ("noise", every, one.noise),
         ("even distortion", grid.even, one.distortion),
         ("odd distortion", grid.odd, one.distortion),
-        ("scatter of realisations", grid.carried > 1, one.scatter),
+        ("scatter of realisations", grid.n_exciting > 1, one.scatter),
     ):
         if chosen.any() and not np.isnan(values[chosen]).any():
             width = max(1, int(chosen.sum()) // SMOOTHED)

@@ -35,7 +35,7 @@ class OctaveAnalysis(AbstractAnalysis):
         bands = _bands(result, wanted.fraction, wanted.low, wanted.high)
         rows = list(range(len(result.channels)))
         filtered = rms_through_filters(
-            offset_free(recording, result, rows), result.sample_rate, bands
+            offset_free(recording, result, rows), result.recorded.sample_rate, bands
         )
         density = rms_of_density(result.spectra, bands)
         units = [shown_unit(c.unit) for c in result.channels]
@@ -66,7 +66,7 @@ def _bands(
     SpectrumError
         If one reaches beyond what the sample rate allows, or there is none.
     """
-    most = HIGHEST * result.sample_rate
+    most = HIGHEST * result.recorded.sample_rate
     bands = octave_bands(
         fraction,
         result.band[0] if low is None else low,

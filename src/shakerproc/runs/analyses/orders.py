@@ -55,7 +55,7 @@ class OrderAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the orders of every channel but the tachometer."""
         wanted = result.test.processing.orders
-        shaft = result.shaft
+        shaft = result.over_time.shaft
         if wanted is None or shaft is None:
             return None
         _check_distance(wanted)
@@ -64,20 +64,20 @@ class OrderAnalysis(AbstractAnalysis):
             for i, channel in enumerate(result.channels)
             if not is_called(channel, wanted.tachometer)
         ]
-        found = _tracked(recording.select(rows), result, wanted, shaft)
+        tracked = _tracked(recording.select(rows), result, wanted, shaft)
         labels = [f"order {order:g}" for order in wanted.track]
-        slowest, fastest = found.speed.min(), found.speed.max()
+        slowest, fastest = tracked.speed.min(), tracked.speed.max()
         return Analysis(
             kind=self.kind,
             title=f"Orders against the speed of {wanted.tachometer}",
-            columns=_columns(result, rows, labels, found),
+            columns=_columns(result, rows, labels, tracked),
             summary=tuple(
-                _row(result, row, label, found, (i, j))
+                _row(result, row, label, tracked, (i, j))
                 for i, row in enumerate(rows)
                 for j, label in enumerate(labels)
             ),
-            panels=(_speed(found), *_panels(result, rows, labels, found)),
-            told=(
+            panels=(_speed(tracked), *_panels(result, rows, labels, tracked)),
+            sentences=(
                 f"Speed {slowest:.5g} to {fastest:.5g} rev/min, "
                 f"{shaft.revolutions:.5g} revolutions.",
                 *_thinned(shaft, wanted),
@@ -105,7 +105,7 @@ def _thinned(shaft: Rotation, wanted: Orders) -> list[str]:
 
 def _irregular(shaft: Rotation, wanted: Orders, result: RunResult) -> list[str]:
     """Return sentences that say which pulses are missing and which are one too many."""
-    start = result.crop.start / result.sample_rate
+    start = result.crop.start / result.recorded.sample_rate
     pulses = shaft.pulses
     return [
         f"Tachometer {wanted.tachometer}: {how} at {_listed(times + start)}; {done}."
@@ -156,18 +156,18 @@ def shaft_of(recording: Recording, crop: Crop, wanted: Orders | None) -> Rotatio
     row = row_asked_for(recording.channels, wanted.tachometer, "orders", todo=todo)
     samples = recording.select([row]).samples(crop.start, crop.stop)[0]
     try:
-        found = _rotation(samples, recording, row, wanted)
+        shaft = _rotation(samples, recording, row, wanted)
     except SpectrumError as error:
         raise SpectrumError(
             f"orders: tachometer {wanted.tachometer}: {error}; check its cable and its range, "
             "or name another channel"
         ) from error
-    if found.revolutions < wanted.revolutions:
+    if shaft.revolutions < wanted.revolutions:
         raise SpectrumError(
-            f"orders: tachometer {wanted.tachometer}: {found.revolutions:g} revolutions in "
+            f"orders: tachometer {wanted.tachometer}: {shaft.revolutions:g} revolutions in "
             f"the run, where {wanted.revolutions:g} are needed; give fewer revolutions"
         )
-    return found
+    return shaft
 
 
 def _rotation(samples: FloatArray, recording: Recording, row: int, wanted: Orders) -> Rotation:
@@ -180,10 +180,10 @@ def _rotation(samples: FloatArray, recording: Recording, row: int, wanted: Order
     """
     rate = recording.sample_rate
     direct = {"rad/s": rotation_at_speed, "rad": rotation_at_angle}
-    told = direct.get(recording.channels[row].unit)
-    if told is None:
+    speed_unit = direct.get(recording.channels[row].unit)
+    if speed_unit is None:
         return rotation(samples, rate, wanted.pulses_per_revolution)
-    return told(samples, rate)
+    return speed_unit(samples, rate)
 
 
 def _tracked(
@@ -201,7 +201,7 @@ def _tracked(
     middles = np.linspace(half, shaft.revolutions - half, n)
     ends = np.array([shaft.time(middles - half), shaft.time(middles + half)])
     speed = wanted.revolutions / (ends[1] - ends[0])  # of each stretch, revolutions per second
-    highest, rate = max(wanted.track), result.sample_rate
+    highest, rate = max(wanted.track), result.recorded.sample_rate
     if highest * speed.max() >= 0.5 * rate:
         raise SpectrumError(
             f"orders: order {highest:g} reaches {numeral(highest * speed.max(), 4)} Hz at "
@@ -222,49 +222,49 @@ def _tracked(
 
 
 def _columns(
-    result: RunResult, rows: Sequence[int], labels: Sequence[str], found: _Tracked
+    result: RunResult, rows: Sequence[int], labels: Sequence[str], tracked: _Tracked
 ) -> dict[str, FloatArray]:
-    columns = {"time_s": found.time, "speed_rev_per_min": found.speed}
+    columns = {"time_s": tracked.time, "speed_rev_per_min": tracked.speed}
     for i, row in enumerate(rows):
         unit, factor = shown_unit(result.channels[row].unit)
         for j, label in enumerate(labels):
             name = f"{label.replace(' ', '_')}_{result.channels[row].name}"
             columns[f"{name}_amplitude{spelled(unit)}"] = (
-                np.abs(found.amplitudes[i, j]) * factor
+                np.abs(tracked.amplitudes[i, j]) * factor
             )
-            columns[f"{name}_phase_deg"] = np.degrees(np.angle(found.amplitudes[i, j]))
+            columns[f"{name}_phase_deg"] = np.degrees(np.angle(tracked.amplitudes[i, j]))
     return columns
 
 
 def _row(
-    result: RunResult, row: int, label: str, found: _Tracked, at: tuple[int, int]
+    result: RunResult, row: int, label: str, tracked: _Tracked, at: tuple[int, int]
 ) -> dict[str, Cell]:
     """Return the largest amplitude of an order, and when it is that large."""
     unit, factor = shown_unit(result.channels[row].unit)
-    amplitude = np.abs(found.amplitudes[at]) * factor
+    amplitude = np.abs(tracked.amplitudes[at]) * factor
     peak = int(np.argmax(amplitude))
     return {
         "channel": result.channels[row].name,
         "order": label.removeprefix("order "),
         "largest": float(amplitude[peak]),
         "unit": unit,
-        "phase_deg": float(np.degrees(np.angle(found.amplitudes[at][peak]))),
-        "speed_rev_per_min": float(found.speed[peak]),
-        "time_s": float(found.time[peak]),
+        "phase_deg": float(np.degrees(np.angle(tracked.amplitudes[at][peak]))),
+        "speed_rev_per_min": float(tracked.speed[peak]),
+        "time_s": float(tracked.time[peak]),
     }
 
 
-def _speed(found: _Tracked) -> Panel:
+def _speed(tracked: _Tracked) -> Panel:
     return Panel(
         "orders_speed", "Speed", "Mean speed of each stretch of revolutions.",
         PanelScale("time [s]", logarithmic=False),
         PanelScale("speed [rev/min]", logarithmic=False),
-        (PanelLine("speed", found.time, found.speed),),
+        (PanelLine("speed", tracked.time, tracked.speed),),
     )  # fmt: skip
 
 
 def _panels(
-    result: RunResult, rows: Sequence[int], labels: Sequence[str], found: _Tracked
+    result: RunResult, rows: Sequence[int], labels: Sequence[str], tracked: _Tracked
 ) -> list[Panel]:
     """Return the amplitudes of all orders against speed, one figure a channel."""
     panels = []
@@ -272,7 +272,7 @@ def _panels(
         channel = result.channels[row]
         unit, factor = shown_unit(channel.unit)
         lines = tuple(
-            PanelLine(label, found.speed, np.abs(found.amplitudes[i, j]) * factor, style=j)
+            PanelLine(label, tracked.speed, np.abs(tracked.amplitudes[i, j]) * factor, style=j)
             for j, label in enumerate(labels)
         )
         panels.append(

@@ -67,14 +67,14 @@ class ProfileJudgement(AbstractAnalysis):
         rows = levels.watched_in(result.channels, profile.signal_unit)
         if not rows:
             role = "force" if profile.signal_unit in FORCES else "control"
-            told = f"The profile {profile.name} is not judged: no channel has the role {role}."
-            return Analysis(self.kind, "Profile", {}, (), (), (), (told,))
+            text = f"The profile {profile.name} is not judged: no channel has the role {role}."
+            return Analysis(self.kind, "Profile", {}, (), (), (), (text,))
         judged = _judged(result, profile, rows)
         if not judged.frequency.size:
-            told = (
+            text = (
                 f"The profile {profile.name} is not judged: nothing was measured in its band."
             )
-            return Analysis(self.kind, "Profile", {}, (), (), (), (told,))
+            return Analysis(self.kind, "Profile", {}, (), (), (), (text,))
         lines = lines_of(profile, judged.frequency)
         demand = profile_at(judged.frequency, *_points(profile))
         rms = _rms(result, profile, rows)
@@ -86,7 +86,10 @@ class ProfileJudgement(AbstractAnalysis):
             columns=_columns(judged, demand, lines, profile),
             summary=summary,
             panels=(_panel(judged, profile, result),),
-            told=(_verdict_text(summary, profile), *_rms_text(rms, _rms_band(result, profile))),
+            sentences=(
+                _verdict_text(summary, profile),
+                *_rms_text(rms, _rms_band(result, profile)),
+            ),
             problems=tuple(_broken(row, profile) for row in broken),
         )
 
@@ -159,9 +162,9 @@ def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) ->
     unit = result.channels[rows[0]].unit
     return JudgedControl(
         frequency[inside],
-        result.psd[list(rows)].mean(axis=0)[inside],
+        result.averages.psd[list(rows)].mean(axis=0)[inside],
         {
-            result.channels[i].name: result.psd[i][inside]
+            result.channels[i].name: result.averages.psd[i][inside]
             for i in result.responses
             if result.channels[i].unit == unit and i not in rows
         },
@@ -170,7 +173,7 @@ def _judged_density(result: RunResult, profile: Profile, rows: Sequence[int]) ->
 
 
 def _judged_sweep(result: RunResult, profile: Profile) -> JudgedControl:
-    sweeps = result.tracking.sweeps
+    sweeps = result.over_time.tracking.sweeps
     parts = [
         (s.frequency[inner], s.control[inner], np.abs(s.harmonics[:, 0])[:, inner])
         for s in sweeps
@@ -243,7 +246,9 @@ def _broken(row: Mapping[str, Cell], profile: Profile) -> str:
 
 
 def _rms_band(result: RunResult, profile: Profile) -> tuple[float, float]:
-    return profile.frequency_hz[0], min(profile.frequency_hz[-1], result.sample_rate / 2.0)
+    return profile.frequency_hz[0], min(
+        profile.frequency_hz[-1], result.recorded.sample_rate / 2.0
+    )
 
 
 def _rms(result: RunResult, profile: Profile, rows: Sequence[int]) -> dict[str, Cell]:

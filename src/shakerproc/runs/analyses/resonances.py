@@ -37,7 +37,7 @@ class ResonanceAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in (rows[0] if rows else ())},
             summary=rows,
             panels=(),
-            told=()
+            sentences=()
             if rows
             else ("No response function has a peak that chance does not make.",),
         )
@@ -52,7 +52,7 @@ def _rows(result: RunResult, pair: ChannelPair) -> Iterator[dict[str, Cell]]:
     cross, wanted = pair.cross, result.test.processing.peaks
     gain = spectra.masked(np.abs(pair.h1), pair.excited)
     errors = _errors(result, pair)
-    found = spectra.find_peaks(
+    peaks = spectra.find_peaks(
         cross.frequency,
         gain,
         result.band,
@@ -60,7 +60,7 @@ def _rows(result: RunResult, pair: ChannelPair) -> Iterator[dict[str, Cell]]:
         count=wanted.count or (1 if errors is None else None),
         errors=errors,
     )
-    for peak in sorted(found, key=lambda one: one.frequency):
+    for peak in sorted(peaks, key=lambda one: one.frequency):
         read = spectra.damping_of_response(
             cross, pair.inputs, pair.row, peak.frequency, result.band
         )
@@ -83,14 +83,19 @@ def _errors(result: RunResult, pair: ChannelPair) -> FloatArray | None:
     One average has no coherence; of one blow it is that of noise as before the blow, white,
     where enough samples lie there to know it.
     """
-    cross, blows = pair.cross, result.blows
+    cross, blows = pair.cross, result.over_time.blows
     if cross.effective_averages <= 1.0:
         if blows is None or np.isnan(blows.noise).any():
             return None
         chosen = [*pair.inputs, pair.row]
         noise = blows.noise_density[chosen, np.newaxis]
         shares = np.full((len(chosen), cross.frequency.size), np.inf)
-        np.divide(noise, result.psd[chosen], out=shares, where=result.psd[chosen] > 0.0)
+        np.divide(
+            noise,
+            result.averages.psd[chosen],
+            out=shares,
+            where=result.averages.psd[chosen] > 0.0,
+        )
         return np.asarray(np.sqrt(0.5 * shares.sum(axis=0)))
     return spectra.gain_random_error(
         np.clip(pair.coherence, 0.0, 1.0), cross.effective_averages

@@ -25,10 +25,10 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
         """Return the response functions of a run."""
         del recording  # its spectra are those of the result
         pairs, asked = functions_of(result), result.test.processing.response_functions
-        told = force_remarks(result)
+        remarks = force_remarks(result)
         if not pairs:
             title = "Response functions"
-            return Analysis(self.kind, title, {}, (), (), told) if told else None
+            return Analysis(self.kind, title, {}, (), (), remarks) if remarks else None
         frequency = result.spectra.frequency
         drawn = pairs if asked else pairs[:DRAWN]
         rest = "" if len(drawn) == len(pairs) else (
@@ -48,7 +48,7 @@ class ResponseFunctionAnalysis(AbstractAnalysis):
                 ),
                 _coherence(frequency, drawn),
             ),
-            told=told,
+            sentences=remarks,
         )
 
 

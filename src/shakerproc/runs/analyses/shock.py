@@ -41,50 +41,50 @@ class ShockAnalysis(AbstractAnalysis):
             result, (wanted.low, wanted.high), wanted.per_octave, self.kind
         )
         blocks = offset_free(recording.select(rows), result, rows)
-        found = shock_spectra(blocks, result.sample_rate, frequency, wanted.damping)
+        spectra = shock_spectra(blocks, result.recorded.sample_rate, frequency, wanted.damping)
         names = [result.channels[i].name for i in rows]
         return Analysis(
             kind=self.kind,
             title=f"Shock response spectra, damping {100.0 * wanted.damping:g} %",
-            columns=_columns(found, names),
-            summary=tuple(_row(found, row, name) for row, name in enumerate(names)),
+            columns=_columns(spectra, names),
+            summary=tuple(_row(spectra, row, name) for row, name in enumerate(names)),
             panels=(
-                _maximax(found, names),
-                _primary_and_residual(found, names, _loudest(result, rows)),
-                _four_coordinates(found, names),
+                _maximax(spectra, names),
+                _primary_and_residual(spectra, names, _loudest(result, rows)),
+                _four_coordinates(spectra, names),
             ),
         )
 
 
 def _loudest(result: RunResult, rows: list[int]) -> int:
-    return rows.index(result.loudest) if result.loudest in rows else 0
+    return rows.index(result.averages.loudest) if result.averages.loudest in rows else 0
 
 
-def _columns(found: ShockSpectra, names: list[str]) -> dict[str, FloatArray]:
-    columns = {"frequency_hz": found.frequency}
+def _columns(spectra: ShockSpectra, names: list[str]) -> dict[str, FloatArray]:
+    columns = {"frequency_hz": spectra.frequency}
     for row, name in enumerate(names):
         for quantity in QUANTITIES:
             unit, factor = UNITS[quantity]
             for part in PARTS:
-                values = found.values[quantity][part][row] * factor
+                values = spectra.values[quantity][part][row] * factor
                 columns[f"{quantity}_{part}_{name}_{unit}"] = values
     return columns
 
 
-def _row(found: ShockSpectra, row: int, name: str) -> dict[str, Cell]:
+def _row(spectra: ShockSpectra, row: int, name: str) -> dict[str, Cell]:
     """Return the largest values of a channel, and of which oscillators they are."""
     cells: dict[str, Cell] = {"channel": name}
     for quantity in ("absolute_acceleration", "pseudo_velocity", "relative_displacement"):
         unit, factor = UNITS[quantity]
-        values = found.values[quantity]["maximax"][row]
+        values = spectra.values[quantity]["maximax"][row]
         at = int(np.argmax(values))
         cells[f"{quantity}_{unit}"] = float(values[at] * factor)
-        cells[f"{quantity}_at_hz"] = float(found.frequency[at])
+        cells[f"{quantity}_at_hz"] = float(spectra.frequency[at])
     return cells
 
 
-def _maximax(found: ShockSpectra, names: list[str]) -> Panel:
-    values = found.values["absolute_acceleration"]["maximax"] / STANDARD_GRAVITY
+def _maximax(spectra: ShockSpectra, names: list[str]) -> Panel:
+    values = spectra.values["absolute_acceleration"]["maximax"] / STANDARD_GRAVITY
     return Panel(
         name="shock_maximax",
         title="Shock response, maximax of the absolute acceleration",
@@ -92,14 +92,14 @@ def _maximax(found: ShockSpectra, names: list[str]) -> Panel:
         x=PanelScale("natural frequency [Hz]"),
         y=PanelScale("acceleration [g]"),
         lines=tuple(
-            PanelLine(name, found.frequency, values[row], channel=name)
+            PanelLine(name, spectra.frequency, values[row], channel=name)
             for row, name in enumerate(names)
         ),
     )
 
 
-def _primary_and_residual(found: ShockSpectra, names: list[str], row: int) -> Panel:
-    parts = found.values["absolute_acceleration"]
+def _primary_and_residual(spectra: ShockSpectra, names: list[str], row: int) -> Panel:
+    parts = spectra.values["absolute_acceleration"]
     return Panel(
         name="shock_primary_residual",
         title=f"Shock response of {names[row]}, primary and residual",
@@ -109,7 +109,7 @@ def _primary_and_residual(found: ShockSpectra, names: list[str], row: int) -> Pa
         lines=tuple(
             PanelLine(
                 part.replace("_", " "),
-                found.frequency,
+                spectra.frequency,
                 parts[part][row] / STANDARD_GRAVITY,
                 style=i,
             )
@@ -118,9 +118,9 @@ def _primary_and_residual(found: ShockSpectra, names: list[str], row: int) -> Pa
     )
 
 
-def _four_coordinates(found: ShockSpectra, names: list[str]) -> Panel:
-    values = found.values["pseudo_velocity"]["maximax"]
-    rising, falling = _paper(found.frequency, values)
+def _four_coordinates(spectra: ShockSpectra, names: list[str]) -> Panel:
+    values = spectra.values["pseudo_velocity"]["maximax"]
+    rising, falling = _paper(spectra.frequency, values)
     return Panel(
         name="shock_pseudo_velocity",
         title="Pseudo-velocity on four-coordinate paper",
@@ -135,7 +135,7 @@ def _four_coordinates(found: ShockSpectra, names: list[str]) -> Panel:
             *rising,
             *falling,
             *(
-                PanelLine(name, found.frequency, values[row], channel=name)
+                PanelLine(name, spectra.frequency, values[row], channel=name)
                 for row, name in enumerate(names)
             ),
         ),
@@ -156,15 +156,15 @@ def _paper(
         return [], []
     low, high = (10.0 ** f(np.log10(v)) for f, v in
                  ((np.floor, positive.min()), (np.ceil, positive.max())))  # fmt: skip
-    found: list[list[PanelLine]] = []
+    rows: list[list[PanelLine]] = []
     for of_unit, unit in ((omega, "m"), (STANDARD_GRAVITY / omega, "g")):
         first = np.floor(np.log10(low / of_unit.max())) + 1
         last = np.ceil(np.log10(high / of_unit.min())) - 1
-        found.append([
+        rows.append([
             PanelLine(_named(10.0**power, unit), x, 10.0**power * of_unit, look="paper")
             for power in np.arange(first, last + 1)
         ])
-    return found[0], found[1]
+    return rows[0], rows[1]
 
 
 def _named(value: float, unit: str) -> str:

@@ -213,7 +213,7 @@ class SplittingAnalysis(AbstractAnalysis):
             columns=_columns(spectra, run.names),
             summary=tuple(table),
             panels=panels_of(cells, parts, spectra, run.names, run.start),
-            told=tuple(_advice(parts, spectra)),
+            sentences=tuple(_advice(parts, spectra)),
         )
 
 
@@ -232,8 +232,8 @@ class _LevelRun:
     def __init__(self, recording: Recording, result: RunResult, rows: Sequence[int]) -> None:
         self.recording, self.result = recording, result
         self.names = [result.channels[i].name for i in rows]
-        self.mean = result.statistics.mean[list(rows), np.newaxis]
-        self.start = result.crop.start / result.sample_rate
+        self.mean = result.averages.statistics.mean[list(rows), np.newaxis]
+        self.start = result.crop.start / result.recorded.sample_rate
 
     def cells(self, wanted: Splitting) -> Cells:
         """Return the cells of the run.
@@ -243,7 +243,7 @@ class _LevelRun:
         SpectrumError
             If it is shorter than a stationary part.
         """
-        rate, samples = self.result.sample_rate, self.result.crop.n_samples
+        rate, samples = self.result.recorded.sample_rate, self.result.crop.n_samples
         length = max(LEAST_CELL, round(CELL * rate))
         if samples < max(length, wanted.shortest * rate):
             raise SpectrumError(
@@ -282,7 +282,7 @@ def _row(run: _LevelRun, cells: Cells, parts: Sequence[RecordPart], i: int) -> d
     chosen = [np.arange(a, b) for a, b in _cells_in(parts, one)]
     seen = np.concatenate([*chosen, np.zeros(0, dtype=np.int64)]).astype(np.int64)
     shocks = sum(p.kind == "shock" and one.first <= p.first < one.stop for p in parts)
-    found: dict[str, Cell] = {
+    cell_values: dict[str, Cell] = {
         "part": float(i + 1),
         "kind": one.kind,
         "start_s": run.start + one.first * seconds,
@@ -293,10 +293,10 @@ def _row(run: _LevelRun, cells: Cells, parts: Sequence[RecordPart], i: int) -> d
     for row, name in enumerate(run.names):
         peak, square = cells.peak[row, seen], cells.mean_square[row, seen]
         known = seen.size > 0
-        found[f"peak_{name}_g"] = float(peak.max()) / STANDARD_GRAVITY if known else None
+        cell_values[f"peak_{name}_g"] = float(peak.max()) / STANDARD_GRAVITY if known else None
         rms = float(np.sqrt(square.mean())) if known else None
-        found[f"rms_{name}_g"] = None if rms is None else rms / STANDARD_GRAVITY
-    return found
+        cell_values[f"rms_{name}_g"] = None if rms is None else rms / STANDARD_GRAVITY
+    return cell_values
 
 
 def _shocks(
@@ -313,8 +313,8 @@ def _shocks(
     highest = sorted(shocks, key=lambda i: -cells.peak[:, parts[i].first : parts[i].stop].max())
     for i in sorted(highest[:MOST_SPECTRA]):
         samples = run.blocks(*run.samples_of(parts[i], cells.length))
-        found = shock_spectra(samples, cells.sample_rate, frequency, asked.damping)
-        maximax = found.values["absolute_acceleration"]["maximax"]
+        spectra_of_shocks = shock_spectra(samples, cells.sample_rate, frequency, asked.damping)
+        maximax = spectra_of_shocks.values["absolute_acceleration"]["maximax"]
         yield PartSpectrum(i + 1, parts[i].kind, frequency, maximax)
 
 
@@ -325,9 +325,9 @@ def _vibration(
     vibration = [i for i, part in enumerate(parts) if part.kind != "shock"]
     longest = sorted(vibration, key=lambda i: parts[i].first - parts[i].stop)
     for i in sorted(longest[:MOST_SPECTRA]):
-        found = _density(run, cells, _calm(parts, parts[i]))
-        if found is not None:
-            yield PartSpectrum(i + 1, parts[i].kind, run.result.spectra.frequency, found)
+        density = _density(run, cells, _calm(parts, parts[i]))
+        if density is not None:
+            yield PartSpectrum(i + 1, parts[i].kind, run.result.spectra.frequency, density)
 
 
 def _density(
@@ -339,13 +339,13 @@ def _density(
     for first, stop in pieces:
         if (stop - first) * length < spectra.segment:
             continue
-        found = cross_spectra(
+        cross = cross_spectra(
             run.blocks(first * length, stop * length), cells.sample_rate,
             segment=spectra.segment, overlap=spectra.overlap, window=spectra.window,
             n_fft=spectra.n_fft, detrend=spectra.detrend,
         )  # fmt: skip
-        total += found.n_segments * psd(found)
-        averages += found.n_segments
+        total += cross.n_segments * psd(cross)
+        averages += cross.n_segments
     return total / averages if averages else None
 
 
@@ -380,10 +380,10 @@ def _advice(parts: Sequence[RecordPart], spectra: Sequence[PartSpectrum]) -> Ite
         "To process a part alone, give a test of the log its times: crop: {from: ... s, "
         "to: ... s}. Peak and rms of vibration are without the shocks in it."
     )
-    left = len(parts) - len(spectra)
-    if left:
+    n_unread = len(parts) - len(spectra)
+    if n_unread:
         yield (
-            f"{left} of {len(parts)} parts have no spectrum: only the {MOST_SPECTRA} highest "
-            f"shocks and the {MOST_SPECTRA} longest parts of vibration have one. A part "
-            "has to hold one segment of welch without a shock."
+            f"{n_unread} of {len(parts)} parts have no spectrum: only the {MOST_SPECTRA} "
+            f"highest shocks and the {MOST_SPECTRA} longest parts of vibration have one. A "
+            "part has to hold one segment of welch without a shock."
         )

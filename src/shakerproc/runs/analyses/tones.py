@@ -144,7 +144,7 @@ def tones_taken_out(
         raise SpectrumError(
             "sine on random: no channel measures its tones; give one the role control"
         )
-    found = mixed_tones(
+    mixed = mixed_tones(
         lambda start, stop: recording.samples(crop.start + start, crop.start + stop),
         crop.n_samples,
         recording.sample_rate,
@@ -152,9 +152,9 @@ def tones_taken_out(
         frequency=_places(recording, crop, test, controls),
         stretch=test.processing.welch.segment,
     )
-    source = _WithoutTones(recording, found, crop.start)
+    source = _WithoutTones(recording, mixed, crop.start)
     rows = tuple(range(len(recording.channels)))
-    return found, replace(recording, source=source, rows=rows)
+    return mixed, replace(recording, source=source, rows=rows)
 
 
 def _places(
@@ -205,7 +205,7 @@ class ToneAnalysis(AbstractAnalysis):
     def of(self, recording: Recording, result: RunResult) -> Analysis | None:
         """Return the tones of a run; None where none are taken out of it."""
         del recording  # they stand in the result
-        tones = result.tones
+        tones = result.over_time.tones
         if tones is None:
             return None
         unit, factor = shown_unit(_control_unit(result))
@@ -220,7 +220,7 @@ class ToneAnalysis(AbstractAnalysis):
             },
             summary=rows,
             panels=(),
-            told=(
+            sentences=(
                 _tone_sentences(rows, unit),
                 "Level, control density, profile, densities, response functions and peaks are "
                 "those of the random vibration without these tones.",
@@ -306,11 +306,11 @@ def _missed(row: dict[str, Cell], unit: str) -> str:
 def _moved(tones: MixedTones, k: int, row: dict[str, Cell]) -> str:
     """Return that a tone is not fixed, where that leaves much of it in the density."""
     whole = tones.control[k]
-    apart = np.abs(tones.parts[:, k] - whole).max()
-    if not tones.moves[k] or apart <= AMPLITUDE_TOLERANCE * abs(whole):
+    largest = np.abs(tones.parts[:, k] - whole).max()
+    if not tones.moves[k] or largest <= AMPLITUDE_TOLERANCE * abs(whole):
         return ""
     return (
-        f"the tone at {row['frequency_hz']:.5g} Hz moves by up to {apart / abs(whole):.0%} of "
-        "its amplitude during the run. Only fixed tones are taken out whole; the density "
+        f"the tone at {row['frequency_hz']:.5g} Hz moves by up to {largest / abs(whole):.0%} "
+        "of its amplitude during the run. Only fixed tones are taken out whole; the density "
         "there holds the rest"
     )

@@ -69,7 +69,7 @@ class _Spectrum:
         By row, to what the gain of a channel goes into it [-].
     noise : (n_frequencies,) array, optional
         Largest share that noise may be of it [-]; None where nothing tells it.
-    told : str
+    noise_origin : str
         Where the noise is from, or why it is not known.
     no_chance : str
         Why the random errors are not known; empty where they are.
@@ -84,7 +84,7 @@ class _Spectrum:
     power: int
     powers: Mapping[int, float]
     noise: FloatArray | None
-    told: str
+    noise_origin: str
     no_chance: str
 
 
@@ -96,37 +96,38 @@ def peak_budgets(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]
     """
     for i in range(len(result.channels)) if is_random(result) else ():
         density = _density(result, quiet, i)
-        for found in result.psd_peaks[i]:
-            yield from _of_peak(result, density, found)
+        for peak in result.averages.psd_peaks[i]:
+            yield from _of_peak(result, density, peak)
     for row, i in enumerate(result.responses):
-        if result.against is not None and result.response_peaks[i]:
+        if result.averages.against is not None and result.averages.response_peaks[i]:
             unit, factor = shown_ratio(*result.units_of_response(i))
             function = _function(
                 result, (result.channels[i].name, unit or "1", factor),
-                np.abs(result.against.h1[row]) * factor, result.against.coherence[row],
+                np.abs(result.averages.against.h1[row]) * factor,
+                result.averages.against.coherence[row],
                 over_mean(i, result.controls),
             )  # fmt: skip
-            for found in result.response_peaks[i]:
-                yield from _of_peak(result, function, found)
-    for function, found in _resonances(result):
-        yield from _of_peak(result, function, found)
+            for peak in result.averages.response_peaks[i]:
+                yield from _of_peak(result, function, peak)
+    for function, peak in _resonances(result):
+        yield from _of_peak(result, function, peak)
 
 
 def _density(result: RunResult, quiet: QuietPart | None, i: int) -> _Spectrum:
     """Return the density of a channel."""
-    averages = result.spectra.effective_averages
+    n_averages, psd = result.spectra.effective_averages, result.averages.psd[i]
     unit, factor = shown_unit(result.channels[i].unit)
     noise = None
     if quiet is not None:
         width = 2 * BESIDE + 1
         smooth = np.convolve(quiet.density[i], np.full(width, 1.0 / width), mode="same")
         noise = np.zeros(smooth.shape)
-        np.divide(smooth, result.psd[i], out=noise, where=result.psd[i] > 0.0)
+        np.divide(smooth, psd, out=noise, where=psd > 0.0)
     return _Spectrum(
-        "psd", result.channels[i].name, levels.density_unit(unit), result.psd[i] * factor**2,
-        np.full(result.psd[i].shape, averages**-0.5), factor**2, 1, {i: 2.0}, noise,
-        NOT_QUIET if quiet is None else quiet.told,
-        "" if averages > 1.0 else ONE_AVERAGE,
+        "psd", result.channels[i].name, levels.density_unit(unit), psd * factor**2,
+        np.full(psd.shape, n_averages**-0.5), factor**2, 1, {i: 2.0}, noise,
+        NOT_QUIET if quiet is None else quiet.origin,
+        "" if n_averages > 1.0 else ONE_AVERAGE,
     )  # fmt: skip
 
 
@@ -175,26 +176,26 @@ def _resonances(result: RunResult) -> Iterator[tuple[_Spectrum, ResonancePeak]]:
             yield function, ResonancePeak(peak, read)
 
 
-def _of_peak(result: RunResult, of: _Spectrum, found: ResonancePeak) -> Iterator[Budget]:
+def _of_peak(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> Iterator[Budget]:
     """Yield frequency and height of a peak, natural frequency and damping of its mode."""
-    at, k = found.peak.frequency, found.peak.index
+    at, k = peak.peak.frequency, peak.peak.index
     height = float(of.values[k])
-    own = calibration(result, height, of.powers)
-    place, chance = _chance(result, of, found)
-    noise = unknown("noise", of.told)
+    calibrated = calibration(result, height, of.powers)
+    place, chance = _chance(result, of, peak)
+    noise = unknown("noise", of.noise_origin)
     if of.noise is not None:
-        noise = rectangular("noise", height * float(of.noise[k]), of.told)
+        noise = rectangular("noise", height * float(of.noise[k]), of.noise_origin)
     bins = rectangular("resolution", 0.5 * result.spectra.bin_width, "half a bin")
-    name, width = f"{of.quantity} peak frequency", _resolution(result, of, found)
+    name, width = f"{of.quantity} peak frequency", _resolution(result, of, peak)
     yield Budget(of.channel, name, at, at, "Hz", (bins, *place))
-    lines = (own, *width, *chance, noise)
+    lines = (calibrated, *width, *chance, noise)
     yield Budget(of.channel, f"{of.quantity} height", at, height, of.unit, lines)
-    if found.damping is not None:
-        yield from of_mode(of.channel, of.quantity, at, found.damping)
+    if peak.damping is not None:
+        yield from of_mode(of.channel, of.quantity, at, peak.damping)
 
 
 def _chance(
-    result: RunResult, of: _Spectrum, found: ResonancePeak
+    result: RunResult, of: _Spectrum, peak: ResonancePeak
 ) -> tuple[list[Contribution], list[Contribution]]:
     r"""Return the contributions of chance to frequency and height of a peak.
 
@@ -203,43 +204,43 @@ def _chance(
     """
     if of.no_chance:
         return [unknown("random", of.no_chance)], [unknown("random", of.no_chance)]
-    cross, at, k = result.spectra, found.peak.frequency, found.peak.index
+    cross, at, k = result.spectra, peak.peak.frequency, peak.peak.index
     first, last = tallest_bins(of.values, of.errors, k, 0.5 ** (1.0 / of.power))
     many = max(1.0, (last - first + 1) * cross.bin_width / cross.resolution)
     spread = float(of.values[k]) * float(of.errors[k])
-    told = f"{numeral(many, 2)} bins that chance does not tell apart"
+    text = f"{numeral(many, 2)} bins that chance does not tell apart"
     reach = max(abs(float(cross.frequency[m]) - at) for m in (first, last))
-    place = [rectangular("random", reach, told)] if last > first else []
+    place = [rectangular("random", reach, text)] if last > first else []
     return place, [
         normal("random", spread, 1.0, "scatter of the averages"),
         rectangular(
-            "random", spread * float(np.sqrt(2.0 * np.log(many))), f"tallest of {told}"
+            "random", spread * float(np.sqrt(2.0 * np.log(many))), f"tallest of {text}"
         ),
     ]
 
 
-def _resolution(result: RunResult, of: _Spectrum, found: ResonancePeak) -> list[Contribution]:
+def _resolution(result: RunResult, of: _Spectrum, peak: ResonancePeak) -> list[Contribution]:
     r"""Return the contributions of window and bins to the height of a peak.
 
     A resonance is lower by what the window smears (`seen_share`), and up to half a bin beside
     its top, :math:`(\Delta f / B)^2` of its power. Where the bins do not resolve it, it is the
     distance from the fit, which allows for the window.
     """
-    cross, read, k = result.spectra, found.damping, found.peak.index
+    cross, read, k = result.spectra, peak.damping, peak.peak.index
     height = float(of.values[k])
     reading = spectra.half_power_ratio(cross.frequency, of.values**of.power, k)
     seen = 0.0 if reading is None else reading[1]
-    if read is not None and read.height is not None and not found.resolved:
+    if read is not None and read.height is not None and not peak.resolved:
         off = abs(read.height * of.factor - height)
         return [rectangular("resolution", off, "distance from the fit of the mode")]
     if not seen >= SEEN * cross.resolution:  # nor where a band without input cuts it
         return [unknown("resolution", NOT_RESOLVED)]
-    own = spectra.resonance_width(seen, cross.resolution)
-    low = 1.0 / spectra.smeared_height(cross, own) - 1.0
-    beside = (cross.bin_width / own) ** 2 / of.power
+    true_width = spectra.resonance_width(seen, cross.resolution)
+    low = 1.0 / spectra.smeared_height(cross, true_width) - 1.0
+    bin_loss = (cross.bin_width / true_width) ** 2 / of.power
     return [
         bias("resolution", height * low, "smearing by the window"),
-        rectangular("resolution", height * beside, "half a bin beside the top"),
+        rectangular("resolution", height * bin_loss, "half a bin beside the top"),
     ]
 
 
@@ -248,7 +249,7 @@ def budgets_of(recording: Recording, result: RunResult) -> Iterator[Budget]:
     quiet = quiet_part(recording, result)
     yield from _levels(result, quiet)
     yield from peak_budgets(result, quiet)
-    for reading in result.swept:
+    for reading in result.over_time.swept:
         yield from _of_sweep(result, reading, quiet)
     yield from _decays(result)
 
@@ -261,19 +262,19 @@ def _levels(result: RunResult, quiet: QuietPart | None) -> Iterator[Budget]:
     for i, channel in enumerate(result.channels):
         unit, factor = shown_unit(channel.unit)
         for name, rms, bins in (
-            ("rms", float(result.statistics.rms[i]), moving),
-            ("rms in band", float(result.band_rms[i]), inside),
+            ("rms", float(result.averages.statistics.rms[i]), moving),
+            ("rms in band", float(result.averages.band_rms[i]), inside),
         ):
             if rms > 0.0:
                 lines = _of_mean_square(result, quiet, (i,), rms**2, bins)
                 head = Budget(channel.name, name, None, rms * factor, unit, tuple(lines))
                 yield _level(result, head, {i: 1.0})
-    level, rows = result.measured_level, levels.watched(result.test, result.channels)
+    level, rows = result.averages.measured_level, levels.watched(result.test, result.channels)
     if level is None or not level.value > 0.0:
         return
     value, unit = level.shown
     power = 2.0 if level.kind == "density" else 1.0
-    square = float(np.mean(result.band_rms[list(rows)] ** 2))
+    square = float(np.mean(result.averages.band_rms[list(rows)] ** 2))
     lines = _of_mean_square(result, quiet, rows, square, inside)
     whose = ", ".join(result.channels[i].name for i in rows)
     head = Budget(whose, f"level ({level.kind})", None, value, unit, tuple(lines))
@@ -306,15 +307,15 @@ def _of_mean_square(
     """Return chance and noise of the mean square of channels, as shares of it."""
     cross, lines = result.spectra, []
     if is_random(result):
-        density = result.psd[list(rows)].mean(axis=0)[bins]
-        duration = result.crop.n_samples / result.sample_rate
+        density = result.averages.psd[list(rows)].mean(axis=0)[bins]
+        duration = result.crop.n_samples / result.recorded.sample_rate
         spread = mean_square_error(density, cross.bin_width, duration, cross.effective_averages)
         source = f"random vibration over {numeral(duration, 4)} s"
         lines.append(normal("random", spread / square, 1.0, source))
     if quiet is None:
         return [*lines, unknown("noise", NOT_QUIET)]
     noise = float(quiet.density[list(rows)].mean(axis=0)[bins].sum()) * cross.bin_width
-    return [*lines, rectangular("noise", noise / square, quiet.told)]
+    return [*lines, rectangular("noise", noise / square, quiet.origin)]
 
 
 def _of_sweep(
@@ -332,12 +333,12 @@ def _of_sweep(
         off = abs(mode.steady_gain - reading.gain) * factor
         height = rectangular("resolution", off, source)
     yield Budget(channel, f"{name} peak frequency", at, at, "Hz", (place,))
-    own = calibration(result, gain, over_mean(i, result.controls))
+    calibrated = calibration(result, gain, over_mean(i, result.controls))
     noise = unknown("noise", NOT_QUIET)
     if quiet is not None:
         share = _noise_of_sweep(result, reading, quiet)
-        noise = rectangular("noise", gain * share, quiet.told)
-    yield Budget(channel, f"{name} gain", at, gain, unit or "1", (own, height, noise))
+        noise = rectangular("noise", gain * share, quiet.origin)
+    yield Budget(channel, f"{name} gain", at, gain, unit or "1", (calibrated, height, noise))
     if mode is not None:
         yield damping(channel, name, at, mode.ratio, mode.ratio * mode.half)
 
@@ -349,7 +350,7 @@ def _noise_of_sweep(result: RunResult, reading: SweptReading, quiet: QuietPart) 
     """
     near = [
         (abs(float(frequency) - reading.frequency), float(control))
-        for sweep in result.tracking.sweeps
+        for sweep in result.over_time.tracking.sweeps
         if sweep.direction == reading.direction
         for frequency, control in zip(sweep.frequency, sweep.control, strict=True)
     ]
@@ -410,7 +411,7 @@ class UncertaintyAnalysis(AbstractAnalysis):
             columns={name: [row[name] for row in rows] for name in (rows[0] if rows else ())},
             summary=tuple(_row(budget) for budget in budgets),
             panels=(),
-            told=(*_TOLD, *_not_known(result, budgets)),
+            sentences=(*_TOLD, *_not_known(result, budgets)),
         )
 
 
@@ -469,18 +470,18 @@ def _lines(budget: Budget) -> Iterator[dict[str, Cell]]:
 
 def _not_known(result: RunResult, budgets: Sequence[Budget]) -> Iterator[str]:
     """Yield each reason why a contribution is unknown, once, with the numbers concerned."""
-    told: dict[tuple[str, str], dict[str, None]] = {}
+    unknowns: dict[tuple[str, str], dict[str, None]] = {}
     for budget in budgets:
         for line in budget.lines:
             if line.given is None and line.group != "calibration":
-                told.setdefault((line.group, line.source), {})[budget.channel] = None
-    if any(result.psd_peaks) and not is_random(result):
+                unknowns.setdefault((line.group, line.source), {})[budget.channel] = None
+    if any(result.averages.psd_peaks) and not is_random(result):
         yield (
             "Peaks of densities have no budget: the run is no random vibration, and nothing "
             "tells their scatter."
         )
     bare = [channel.name for channel in result.channels if channel.uncertainty is None]
     if bare:
-        told = {("calibration", NO_SHEET): dict.fromkeys(bare)} | told
-    for (group, reason), names in told.items():
+        unknowns = {("calibration", NO_SHEET): dict.fromkeys(bare)} | unknowns
+    for (group, reason), names in unknowns.items():
         yield f"Not known and not taken as zero: {group} of {', '.join(names)}, {reason}."

@@ -43,23 +43,25 @@ class WaterfallAnalysis(AbstractAnalysis):
         orders = result.test.processing.orders
         tachometer = None if orders is None else orders.tachometer
         crop, segment = result.crop, result.spectra.segment
-        found = spectrogram(
+        surface = spectrogram(
             lambda start, stop: recording.samples(crop.start + start, crop.start + stop),
-            result.sample_rate, n_samples=crop.n_samples, segment=segment, window=WINDOW,
-            most_times=wanted.spectra,
+            result.recorded.sample_rate, n_samples=crop.n_samples, segment=segment,
+            window=WINDOW, most_times=wanted.spectra,
         )  # fmt: skip
-        inside = (found.frequency >= result.band[0]) & (found.frequency <= result.band[1])
+        inside = (surface.frequency >= result.band[0]) & (surface.frequency <= result.band[1])
         if not inside.any():
             low, high = result.band
             raise SpectrumError(
                 f"the band from {numeral(low, 4)} to {numeral(high, 4)} Hz holds no line of "
-                f"the waterfall, whose lines are {numeral(found.frequency[1], 4)} Hz apart. "
-                f"Set welch.segment to {int(np.ceil(result.sample_rate / (high - low)))} "
-                "samples or more."
+                f"the waterfall, whose lines are {numeral(surface.frequency[1], 4)} Hz apart. "
+                "Set welch.segment to "
+                f"{int(np.ceil(result.recorded.sample_rate / (high - low)))} samples or more."
             )
-        amplitude = _amplitudes(found.density[:, inside], result.sample_rate, segment)
-        frequency, speed = found.frequency[inside], _speeds(result, found.time)
-        time = found.time + crop.start / result.sample_rate
+        amplitude = _amplitudes(
+            surface.density[:, inside], result.recorded.sample_rate, segment
+        )
+        frequency, speed = surface.frequency[inside], _speeds(result, surface.time)
+        time = surface.time + crop.start / result.recorded.sample_rate
         columns = {
             "time_s": np.repeat(time, frequency.size),
             "frequency_hz": np.tile(frequency, time.size),
@@ -93,10 +95,10 @@ def _amplitudes(density: FloatArray, sample_rate: float, segment: int) -> FloatA
 
 def _speeds(result: RunResult, time: FloatArray) -> FloatArray | None:
     """Return the mean speed around each spectrum [rev/min]; not a number without pulses."""
-    shaft = result.shaft
+    shaft = result.over_time.shaft
     if shaft is None:
         return None
-    half = 0.5 * result.spectra.segment / result.sample_rate
+    half = 0.5 * result.spectra.segment / result.recorded.sample_rate
     early = np.clip(time - half, shaft.pulses.times[0], shaft.pulses.times[-1])
     late = np.clip(time + half, shaft.pulses.times[0], shaft.pulses.times[-1])
     seen = late > early

@@ -79,14 +79,14 @@ class FreeCurve:
         `point` holds coefficients [m] and a rate [rad/s].
         """
         unknowns, omega, growth = point[:-2], point[-2], point[-1]
-        found = self.balance.residual(unknowns, omega, growth)
+        balanced = self.balance.residual(unknowns, omega, growth)
         step = 1e-3 * omega
         more = self.balance.residual(unknowns, omega, growth + step)
-        by_growth = (more.force - found.force) / step
+        by_growth = (more.force - balanced.force) / step
         size = float(np.linalg.norm(unknowns)) or 1.0
-        residual = np.append(found.force / self.scale, self.phase @ unknowns / size)
+        residual = np.append(balanced.force / self.scale, self.phase @ unknowns / size)
         derivative = np.zeros((residual.size, point.size))
-        derivative[:-1] = np.column_stack([found.jacobian, found.by_omega, by_growth])
+        derivative[:-1] = np.column_stack([balanced.jacobian, balanced.by_omega, by_growth])
         derivative[:-1] /= self.scale
         derivative[-1, :-2] = self.phase / size
         return residual, derivative
@@ -146,13 +146,13 @@ def backbone(
     balance = HarmonicBalance(system, np.arange(first, harmonics + 1, step))
     shape, omega = _linear_mode(system, amplitude[1], mode - 1)
     curve, start = _start(balance, shape, omega)
-    found = _at_size(curve, start)
-    if found is None:
+    point = _at_size(curve, start)
+    if point is None:
         raise SimulationError(
             f"{model.title}: no free motion of {amplitude[1]:g} m in mode {mode} was found. "
             f"Ask for a larger amplitude."
         )
-    trace = follow(curve, found, -found, _until(balance, amplitude), StepSizes())
+    trace = follow(curve, point, -point, _until(balance, amplitude), StepSizes())
     return _backbone_of_trace(balance, trace, amplitude)
 
 

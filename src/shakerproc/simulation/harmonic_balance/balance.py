@@ -151,11 +151,11 @@ class HarmonicBalance:
         force = jacobian @ unknowns - self.load
         by_omega = damping @ unknowns - 2.0 * omega * (mass @ unknowns)
         for i, (coupling, motion) in enumerate(self.motions(unknowns, omega)):
-            found = coupling.law.balance(motion)
-            force += np.outer(coupling.direction, found.force).ravel()
-            self._add(jacobian, i, found.jacobian)
-            if found.by_omega is not None:
-                by_omega += np.outer(coupling.direction, found.by_omega).ravel()
+            balanced = coupling.law.balance(motion)
+            force += np.outer(coupling.direction, balanced.force).ravel()
+            self._add(jacobian, i, balanced.jacobian)
+            if balanced.by_omega is not None:
+                by_omega += np.outer(coupling.direction, balanced.by_omega).ravel()
         smooth = Residual(force, jacobian, by_omega)
         return self._with_friction(smooth, unknowns, omega) if self.system.frictions else smooth
 
@@ -202,13 +202,15 @@ class HarmonicBalance:
         for i, joint in enumerate(self.system.frictions):
             part = slice(i * self.n_real, (i + 1) * self.n_real)
             along = fourier.complex_of_real(joint.direction @ rows, self.harmonics)
-            found = joint.law.limited(
+            limited = joint.law.limited(
                 fourier.complex_of_real(wish[part], self.harmonics),
                 HarmonicMotion(along, self.harmonics, omega),
             )
-            force[part] = found.force
-            by[part] = found.by_wish @ wish_by[part] + omega * found.by_velocity @ rate[part]
-            by_omega[part] = found.by_wish @ wish_by_omega[part] + found.by_velocity @ (
+            force[part] = limited.force
+            by[part] = (
+                limited.by_wish @ wish_by[part] + omega * limited.by_velocity @ rate[part]
+            )
+            by_omega[part] = limited.by_wish @ wish_by_omega[part] + limited.by_velocity @ (
                 rate[part] @ unknowns
             )
         return Residual(

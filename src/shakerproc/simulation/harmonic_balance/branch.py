@@ -54,8 +54,8 @@ def monodromy(balance: HarmonicBalance, unknowns: FloatArray, omega: float) -> F
     n = balance.system.n_dofs
     scale = np.concatenate([np.ones(n), np.full(n, _rate_scale(early))])
     turn = scale / scale[:, None]
-    found = propagate(np.diff(edges) / omega, early * turn, late * turn, jumps * turn)
-    return np.asarray(found / turn)
+    product = propagate(np.diff(edges) / omega, early * turn, late * turn, jumps * turn)
+    return np.asarray(product / turn)
 
 
 def multipliers(monodromies: FloatArray) -> ComplexArray:
@@ -239,7 +239,7 @@ def _assessed(
     rates = points[:, -1]
     system = balance.system
     if system.remembers or system.frictions:
-        found = np.full((rates.size, 2 * system.n_dofs), np.nan, np.complex128)
+        floquet_multipliers = np.full((rates.size, 2 * system.n_dofs), np.nan, np.complex128)
         turns = np.isin(np.arange(rates.size), folds)
         stable = np.cumsum(turns) % 2 == 0
     else:
@@ -247,16 +247,16 @@ def _assessed(
             monodromy(balance, point[:-1], rate)
             for point, rate in zip(points, rates, strict=True)
         ])
-        found = multipliers(matrices)
-        stable = np.abs(found[:, 0]) <= 1.0 + NEUTRAL
+        floquet_multipliers = multipliers(matrices)
+        stable = np.abs(floquet_multipliers[:, 0]) <= 1.0 + NEUTRAL
     frequency = rates * balance.order / (2.0 * np.pi)
     return Branch(
         balance=balance,
         frequency=frequency,
         unknowns=points[:, :-1],
-        multipliers=found,
+        multipliers=floquet_multipliers,
         stable=np.asarray(stable, np.bool_),
-        marks=_marks(frequency, found, folds),
+        marks=_marks(frequency, floquet_multipliers, folds),
         ended=ended,
     )
 
@@ -296,9 +296,9 @@ def sharpened(branch: Branch) -> Branch:
     places: list[int] = []
     for mark in branch.marks:
         if mark.kind != "fold":
-            found = _change(curve, points[mark.index - 1], points[mark.index])
-            inserted += [] if found is None else [found]
-            places += [] if found is None else [mark.index]
+            change = _change(curve, points[mark.index - 1], points[mark.index])
+            inserted += [] if change is None else [change]
+            places += [] if change is None else [mark.index]
     if not places:
         return branch
     folds = [int(i + np.sum(np.array(places) <= i)) for i in branch.folds]
@@ -318,8 +318,8 @@ def _change(curve: ForcedCurve, before: FloatArray, after: FloatArray) -> FloatA
     chord /= np.linalg.norm(chord)
 
     def outside(point: FloatArray) -> int:
-        found = multipliers(monodromy(curve.balance, point[:-1], point[-1]))
-        return int(np.sum(np.abs(found) > 1.0 + NEUTRAL))
+        floquet_multipliers = multipliers(monodromy(curve.balance, point[:-1], point[-1]))
+        return int(np.sum(np.abs(floquet_multipliers) > 1.0 + NEUTRAL))
 
     low, high, count = before, after, outside(before)
     for _ in range(14):
@@ -349,14 +349,14 @@ def _with_folds(curve: ForcedCurve, trace: Trace) -> tuple[FloatArray, list[int]
 
 
 def _marks(
-    frequency: FloatArray, found: ComplexArray, folds: list[int]
+    frequency: FloatArray, floquet_multipliers: ComplexArray, folds: list[int]
 ) -> tuple[BranchMark, ...]:
     """Return the folds, and the points after which other multipliers have left the circle."""
     marks = [BranchMark(index, "fold", float(frequency[index])) for index in folds]
-    counts = np.sum(np.abs(found) > 1.0 + NEUTRAL, axis=1)
+    counts = np.sum(np.abs(floquet_multipliers) > 1.0 + NEUTRAL, axis=1)
     for i in np.flatnonzero(np.diff(counts)):
         near_fold = any(i <= fold <= i + 1 for fold in folds)
-        kind, share = _crossing(found[i], found[i + 1])
+        kind, share = _crossing(floquet_multipliers[i], floquet_multipliers[i + 1])
         if not (near_fold and kind == "branch point"):
             between = frequency[i] + share * (frequency[i + 1] - frequency[i])
             marks.append(BranchMark(int(i) + 1, kind, float(between)))
@@ -396,13 +396,13 @@ def linear_branch(balance: HarmonicBalance, band: tuple[float, float]) -> Branch
     frequency = _grid(rates, band)
     unknowns = np.array([_solved(balance, 2.0 * np.pi * hertz) for hertz in frequency])
     slowest_first = rates[np.argsort(-rates.real)]
-    found = np.exp(slowest_first[None, :] / frequency[:, None])
+    decays = np.exp(slowest_first[None, :] / frequency[:, None])
     return Branch(
         balance=balance,
         frequency=frequency,
         unknowns=unknowns,
-        multipliers=found,
-        stable=np.abs(found[:, 0]) <= 1.0 + NEUTRAL,
+        multipliers=decays,
+        stable=np.abs(decays[:, 0]) <= 1.0 + NEUTRAL,
         marks=(),
         ended=f"reached {band[1]:.6g} Hz, an end of the band",
     )

@@ -134,6 +134,7 @@ def follow(
                 break
             continue
         missed = float(np.linalg.norm(following.bend))
+        # the prediction is a parabola: what it misses grows with the cube of the step
         growth = 2.0 if missed == 0.0 else (steps.miss / missed) ** (1.0 / 3.0)
         length = min(steps.longest, following.step * min(2.0, max(0.3, 0.9 * growth)))
         previous, place = place, _with_bend(curve, place, following)
@@ -162,8 +163,8 @@ def refine(
 
     def at(share: float) -> tuple[FloatArray, float] | None:
         guess = before + share * (after - before)
-        found = correct(curve, guess, chord / length, weights, 1e-10)
-        return None if found is None else (found[0], float(found[1][unknown]))
+        corrected = correct(curve, guess, chord / length, weights, 1e-10)
+        return None if corrected is None else (corrected[0], float(corrected[1][unknown]))
 
     low, high, point = 0.0, 1.0, None
     ends = at(low), at(high)
@@ -172,10 +173,10 @@ def refine(
     below, above = ends[0][1], ends[1][1]
     for _ in range(30):
         share = (low * above - high * below) / (above - below)
-        found = at(share)
-        if found is None:
+        corrected = at(share)
+        if corrected is None:
             return None
-        point, slope = found
+        point, slope = corrected
         if abs(slope) < 1e-9 or abs(high - low) < 1e-12:
             break
         if slope * above < 0.0:
@@ -254,10 +255,10 @@ def _advance(
     weights = curve.weights(place.point)
     ahead = length * place.tangent + 0.5 * length**2 * place.bend
     guess = place.point + ahead / weights
-    found = correct(curve, guess, place.tangent, weights, steps.tolerance)
-    if found is None:
+    corrected = correct(curve, guess, place.tangent, weights, steps.tolerance)
+    if corrected is None:
         return None
-    point, tangent = found
+    point, tangent = corrected
     missed = (point - guess) * weights
     limit = steps.turn if length > steps.kink else 0.5 * np.pi
     if tangent @ place.tangent < np.cos(limit):

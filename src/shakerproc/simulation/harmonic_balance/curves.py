@@ -41,10 +41,10 @@ class ForcedCurve:
 
         `point` holds coefficients [m] and a rate [rad/s].
         """
-        found = self.balance.residual(point[:-1], point[-1])
+        residual = self.balance.residual(point[:-1], point[-1])
         scale = np.linalg.norm(self.balance.load)
-        derivative = np.column_stack([found.jacobian, found.by_omega])
-        return found.force / scale, derivative / scale
+        derivative = np.column_stack([residual.jacobian, residual.by_omega])
+        return residual.force / scale, derivative / scale
 
     def weights(self, point: FloatArray) -> FloatArray:
         """Return one over the size of the velocity, and one over the rate.
@@ -76,13 +76,13 @@ class WayFromLinear:
         `point` holds coefficients [m] and a share [-].
         """
         balance, share = self.balance, point[-1]
-        found = balance.residual(point[:-1], self.omega)
+        residual = balance.residual(point[:-1], self.omega)
         reference = balance.reference_matrix(self.omega)
         linear = reference @ point[:-1] - balance.load
-        jacobian = share * found.jacobian + (1.0 - share) * reference
+        jacobian = share * residual.jacobian + (1.0 - share) * reference
         scale = np.linalg.norm(balance.load)
-        derivative = np.column_stack([jacobian, found.force - linear])
-        return (share * found.force + (1.0 - share) * linear) / scale, derivative / scale
+        derivative = np.column_stack([jacobian, residual.force - linear])
+        return (share * residual.force + (1.0 - share) * linear) / scale, derivative / scale
 
     def weights(self, point: FloatArray) -> FloatArray:
         """Return one over the size of the velocity, and 1 for the share.
@@ -136,9 +136,9 @@ def newton(
     """Return the solution near a guess at a fixed base rate [rad/s]; None if there is none."""
     unknowns = guess
     for _ in range(most):
-        found = balance.residual(unknowns, omega)
+        residual = balance.residual(unknowns, omega)
         try:
-            step = np.linalg.solve(found.jacobian, -found.force)
+            step = np.linalg.solve(residual.jacobian, -residual.force)
         except np.linalg.LinAlgError:
             return None
         unknowns = unknowns + step
@@ -269,10 +269,10 @@ def _cut(curve: ForcedCurve, trace: Trace, band: tuple[float, float]) -> Trace:
     point = before + (after - before) * (limit - before[-1]) / (after[-1] - before[-1])
     along = np.zeros(point.size)
     along[-1] = 1.0
-    found = correct(curve, point, along, curve.weights(before), 1e-9)
-    if found is None:
+    corrected = correct(curve, point, along, curve.weights(before), 1e-9)
+    if corrected is None:
         return trace
-    return Trace(np.vstack([trace.points[:-1], found[0]]), trace.tangents, trace.ended)
+    return Trace(np.vstack([trace.points[:-1], corrected[0]]), trace.tangents, trace.ended)
 
 
 def _cut_at_contact(balance: HarmonicBalance, curve: ForcedCurve, trace: Trace) -> Trace:
@@ -284,13 +284,13 @@ def _cut_at_contact(balance: HarmonicBalance, curve: ForcedCurve, trace: Trace) 
     chord = (after - before) * weights
     touching, floating = before, after
     for _ in range(40):
-        found = correct(
+        corrected = correct(
             curve, 0.5 * (touching + floating), chord / np.linalg.norm(chord), weights, 1e-10
         )
-        if found is None:
+        if corrected is None:
             break
-        if floats(balance, found[0][:-1], found[0][-1]):
-            floating = found[0]
+        if floats(balance, corrected[0][:-1], corrected[0][-1]):
+            floating = corrected[0]
         else:
-            touching = found[0]
+            touching = corrected[0]
     return Trace(np.vstack([trace.points[:-1], touching]), trace.tangents, trace.ended)

@@ -379,9 +379,13 @@ class HystereticLaw(AbstractLaw):
         rounds = self._rounds(base, motion.omega)
         forces = np.array([self._around(row, motion.omega, rounds) for row in moved])
         spectra = fourier.coefficients_of_values(forces, motion.harmonics)
-        found = np.array([fourier.real_of_complex(row, motion.harmonics) for row in spectra])
-        jacobian = np.ascontiguousarray((found[1:] - found[0]).T / steps)
-        return LawBalance(found[0], jacobian, self._by_omega(base, motion, found[0], rounds))
+        spectrum_rows = np.array([
+            fourier.real_of_complex(row, motion.harmonics) for row in spectra
+        ])
+        jacobian = np.ascontiguousarray((spectrum_rows[1:] - spectrum_rows[0]).T / steps)
+        return LawBalance(
+            spectrum_rows[0], jacobian, self._by_omega(base, motion, spectrum_rows[0], rounds)
+        )
 
     def switches(self, motion: HarmonicMotion) -> tuple[FloatArray, FloatArray]:
         return np.empty(0), np.empty(0)

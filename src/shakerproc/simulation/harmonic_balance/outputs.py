@@ -24,11 +24,11 @@ def sensors_of_model(model: Model) -> Mapping[str, Sensor]:
     """Return the sensors of a model; without any, two for each mass and point."""
     if model.sensors:
         return model.sensors
-    found: dict[str, Sensor] = {}
+    sensors: dict[str, Sensor] = {}
     for name in model.moving:
-        found[f"{name} acceleration"] = Sensor(name, "acceleration")
-        found[f"{name} displacement"] = Sensor(name, "relative displacement")
-    return found
+        sensors[f"{name} acceleration"] = Sensor(name, "acceleration")
+        sensors[f"{name} displacement"] = Sensor(name, "relative displacement")
+    return sensors
 
 
 def sensor_harmonics(
@@ -90,7 +90,7 @@ def gap_severity(model: Model, level: float) -> Mapping[str, float]:
         Amplitude of the excitation [m/s²] or [N].
     """
     force = level * (model.moved_mass if model.excitation.on is None else 1.0)
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for element in resolved(model):
         closing = [
             row.values[0] * abs(row.values[1])
@@ -99,8 +99,8 @@ def gap_severity(model: Model, level: float) -> Mapping[str, float]:
         ]
         if closing and max(closing) > 0.0:
             name = f"{element.effect.kind} between {' and '.join(element.between)}"
-            found[name] = force / max(closing)
-    return found
+            values[name] = force / max(closing)
+    return values
 
 
 @final
@@ -150,14 +150,14 @@ def notable_points(
         Further branches.
     """
     sensor = sensors_of_model(response.model)[name]
-    found: list[Notable] = []
+    notables: list[Notable] = []
     for number, branch in enumerate((*response.branches, *others), start=1):
         height = peaks(branch, sensor_harmonics(response.model, response.level, branch, sensor))
         rises = np.diff(height) > 0.0
         events = {int(i) + 1: "peak" for i in np.flatnonzero(rises[:-1] & ~rises[1:])}
         events |= {0: "begins", height.size - 1: "ends"}
         events |= {mark.index: mark.kind for mark in branch.marks}
-        found += [
+        notables += [
             Notable(
                 branch=number,
                 order=branch.balance.order,
@@ -169,7 +169,7 @@ def notable_points(
             )
             for i in sorted(events)
         ]
-    return tuple(found)
+    return tuple(notables)
 
 
 def response_columns(response: Response, others: tuple[Branch, ...] = ()) -> Columns:

@@ -75,12 +75,12 @@ class Response:
         """
         if all(is_linear(branch.balance.system) for branch in self.branches):
             return ()  # there is one motion at every frequency
-        told = []
+        sentences = []
         if not any(_cut_short(branch) for branch in self.branches):
             for edge in self.band:
                 count = sum(_crossings(branch, edge) for branch in self.branches)
                 if count % 2 == 0:
-                    told.append(
+                    sentences.append(
                         f"at {edge:g} Hz {count} motions were found, an even number: at least "
                         f"one more goes on there and was not followed; widen the band"
                     )
@@ -90,15 +90,15 @@ class Response:
             if any(_crossings(branch, edge) for branch in self.branches)
         ]
         if beyond:
-            told.append(f"the curves beyond {' and '.join(beyond)}")
-        begun = "at the ends of the band"
+            sentences.append(f"the curves beyond {' and '.join(beyond)}")
+        starts = "at the ends of the band"
         if not any(_whole(branch, self.band) for branch in self.branches):
-            begun += " and near the resonances"
-        told.append(
+            starts += " and near the resonances"
+        sentences.append(
             f"isolated branches, and others that are not reached from where the curves begin "
-            f"({begun}); a wider band may join them"
+            f"({starts}); a wider band may join them"
         )
-        return tuple(told)
+        return tuple(sentences)
 
 
 def frequency_response(
@@ -353,7 +353,7 @@ def _complain(balance: HarmonicBalance, title: str, band: tuple[float, float]) -
     )
 
 
-def difference_from_simulation(found: Response) -> float:
+def difference_from_simulation(response: Response) -> float:
     """Return how far the tallest stable motion is from the exact stepper's, over one round.
 
     The stepper sets out from the state that harmonic balance gives, and is excited alike; the
@@ -362,7 +362,7 @@ def difference_from_simulation(found: Response) -> float:
     harmonic balance does not give.
     """
     tallest: tuple[float, Branch, int] | None = None
-    for branch in found.branches:
+    for branch in response.branches:
         amplitude = np.max(np.abs(samples_of_branch(branch, 256)[:, 0]), axis=-1)
         steady = np.where(branch.stable, amplitude, 0.0)
         place = int(np.argmax(steady))
@@ -374,12 +374,12 @@ def difference_from_simulation(found: Response) -> float:
     samples = samples_of_branch(branch, CLOSE)[point, 0]
     frequency = float(branch.frequency[point])
     stepped = one_round(
-        found.model,
-        found.level,
+        response.model,
+        response.level,
         frequency,
         state_of(branch, point),
         order=branch.balance.order,
         n_samples=CLOSE // branch.balance.order,
     )
-    apart = np.abs(stepped.motion[0, :-1] - samples)
-    return float(np.max(apart) / np.max(np.abs(samples)))
+    difference = np.abs(stepped.motion[0, :-1] - samples)
+    return float(np.max(difference) / np.max(np.abs(samples)))

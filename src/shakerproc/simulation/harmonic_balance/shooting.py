@@ -80,10 +80,10 @@ def periodic_orbit(
     omega = 2.0 * np.pi * frequency
     for _ in range(20):
         try:
-            found = _round_from_state(model, given, state)
-            sizes = _sizes(found, omega)
+            response = _round_from_state(model, given, state)
+            sizes = _sizes(response, omega)
             monodromy = _differences(model, given, state, sizes)
-            step = np.linalg.solve(np.eye(state.size) - monodromy, _end(found) - state)
+            step = np.linalg.solve(np.eye(state.size) - monodromy, _end(response) - state)
         except (SimulationError, np.linalg.LinAlgError):
             return None
         correction = float(np.max(np.abs(step / sizes)))
@@ -146,15 +146,15 @@ def _start(model: Model, state: FloatArray) -> dict[str, tuple[float, float]]:
     return {name: (float(state[i]), float(state[n + i])) for i, name in enumerate(names)}
 
 
-def _end(found: SimulatedResponse) -> FloatArray:
-    end: FloatArray = found.motion[: len(found.motion) - len(found.states), -1]
+def _end(response: SimulatedResponse) -> FloatArray:
+    end: FloatArray = response.motion[: len(response.motion) - len(response.states), -1]
     return end
 
 
-def _sizes(found: SimulatedResponse, omega: float) -> FloatArray:
+def _sizes(response: SimulatedResponse, omega: float) -> FloatArray:
     """Return how large each displacement and velocity is."""
-    moving = (len(found.motion) - len(found.states)) // 2
-    amplitude = np.max(np.abs(found.motion[:moving]), axis=1)
+    moving = (len(response.motion) - len(response.states)) // 2
+    amplitude = np.max(np.abs(response.motion[:moving]), axis=1)
     amplitude = np.maximum(amplitude, 1e-6 * np.max(amplitude))
     return np.concatenate([amplitude, omega * amplitude])
 
@@ -188,7 +188,7 @@ def polished(model: Model, level: float, branch: Branch) -> Branch:
     branch : Branch
         Its motions by harmonic balance.
     """
-    unknowns, found = branch.unknowns.copy(), branch.multipliers.copy()
+    unknowns, floquet_multipliers = branch.unknowns.copy(), branch.multipliers.copy()
     stable = branch.stable.copy()
     for i in range(branch.frequency.size):
         orbit = _orbit(model, level, branch, i)
@@ -198,9 +198,9 @@ def polished(model: Model, level: float, branch: Branch) -> Branch:
         exact = branch.balance.real(coefficients)
         if np.linalg.norm(exact - unknowns[i]) < NEAR * np.linalg.norm(exact):
             unknowns[i] = exact
-            found[i] = multipliers(orbit.monodromy)
-            stable[i] = bool(np.abs(found[i, 0]) <= 1.0 + NEUTRAL)
-    return replace(branch, unknowns=unknowns, multipliers=found, stable=stable)
+            floquet_multipliers[i] = multipliers(orbit.monodromy)
+            stable[i] = bool(np.abs(floquet_multipliers[i, 0]) <= 1.0 + NEUTRAL)
+    return replace(branch, unknowns=unknowns, multipliers=floquet_multipliers, stable=stable)
 
 
 def _orbit(model: Model, level: float, branch: Branch, point: int) -> Orbit | None:

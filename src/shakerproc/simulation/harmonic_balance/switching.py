@@ -75,10 +75,10 @@ def branch_off(branch: Branch, mark: BranchMark, band: tuple[float, float]) -> B
         direction = _direction(curve, point, new)
         for share in STARTS:
             guess = point + share * direction / weights
-            found = correct(curve, guess, direction, weights, 1e-9)
-            if found is not None and _share(curve, found[0], new) > 0.3 * share:
+            corrected = correct(curve, guess, direction, weights, 1e-9)
+            if corrected is not None and _share(curve, corrected[0], new) > 0.3 * share:
                 towards = direction / weights
-                return _follow(curve, (found[0], towards), new, band)
+                return _follow(curve, (corrected[0], towards), new, band)
     return None
 
 
@@ -92,12 +92,12 @@ def branches_off(branch: Branch, band: tuple[float, float]) -> tuple[Branch, ...
     band : tuple of float
         Frequencies of the excitation [Hz].
     """
-    found: list[Branch] = []
+    branches: list[Branch] = []
     for mark in branch.marks:
         other = None if mark.kind == "fold" else branch_off(branch, mark, band)
-        if other is not None and not any(_same_branch(known, other) for known in found):
-            found.append(other)
-    return tuple(found)
+        if other is not None and not any(_same_branch(known, other) for known in branches):
+            branches.append(other)
+    return tuple(branches)
 
 
 def _same_branch(known: Branch, other: Branch) -> bool:
@@ -187,16 +187,16 @@ def subharmonic_branches(
     for guess, omega in _guesses(balance, free, response.band):
         frequency = omega * order / (2.0 * np.pi)
         covered = [b for b in branches if np.ptp(np.sign(b.frequency - frequency)) > 0.0]
-        found = None if covered else newton(balance, guess, omega, most=12)
-        if found is not None and _subharmonic_share(balance, found) > 0.05:
-            branches.append(_both_ways(balance, np.append(found, omega), response.band))
+        solution = None if covered else newton(balance, guess, omega, most=12)
+        if solution is not None and _subharmonic_share(balance, solution) > 0.05:
+            branches.append(_both_ways(balance, np.append(solution, omega), response.band))
     return tuple(branches)
 
 
 def _subharmonic_share(balance: HarmonicBalance, unknowns: FloatArray) -> float:
     """Return the share of the harmonics that are none of the excitation's [-]."""
-    own = balance.numbers % balance.order != 0
-    return float(np.linalg.norm(unknowns[own]) / np.linalg.norm(unknowns))
+    subharmonic = balance.numbers % balance.order != 0
+    return float(np.linalg.norm(unknowns[subharmonic]) / np.linalg.norm(unknowns))
 
 
 def _both_ways(

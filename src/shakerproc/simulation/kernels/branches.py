@@ -22,7 +22,7 @@ from shakerproc.simulation.kernels.table import (
     STATE,
     VELOCITY,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.laws.table import event, law_series
@@ -33,7 +33,7 @@ _TERMS: Final = 14
 
 @inlined
 def _accelerate_linear(
-    machine: Machine, order: int, store: Store, unit: int, series: Series
+    machine: Machine, order: int, store: Store, unit: int, series: MotionSeries
 ) -> None:
     """Do as `motion.accelerate_here`, with 1 N of one carried force and none of the others."""
     n, n_lines = machine.mass.size, machine.lines.shape[0]
@@ -55,9 +55,9 @@ def _accelerate_linear(
             held += 1
             continue
         force, rate = 0.0, 0.0
-        if store.carried[row] < 0:
+        if store.force_of[row] < 0:
             force, rate = law_series(machine, row, order, 0.0, 1.0, series.lines)
-        elif store.carried[row] == unit:
+        elif store.force_of[row] == unit:
             force = 1.0
         push_and_read(machine, row, force, series.a, order)
         if state >= 0:
@@ -68,7 +68,7 @@ def _accelerate_linear(
 
 @compiled
 def set_rates_and_events(
-    machine: Machine, combinations: NDArray[np.int64], series: Series, store: Store
+    machine: Machine, combinations: NDArray[np.int64], series: MotionSeries, store: Store
 ) -> None:
     """Set the fields `system`, `push`, `events`, `which` and `n_events` of a store.
 
@@ -81,7 +81,7 @@ def set_rates_and_events(
         The model; its branches are written to.
     combinations : (s, r) array of int
         Branch of each line.
-    series : Series
+    series : MotionSeries
         Room.
     store : Store
         Zeros.
@@ -114,7 +114,7 @@ def set_rates_and_events(
             for row in range(combinations.shape[1]):
                 for which in range(2):
                     kind, sign, level = event(machine, row, which)
-                    if kind < 0 or (store.carried[row] >= 0 and kind != HOLDING):
+                    if kind < 0 or (store.force_of[row] >= 0 and kind != HOLDING):
                         continue  # those of carried lines change with their branch
                     store.events[s, e, column] = sign * series.lines[row, kind, order]
                     if order == 0:
@@ -165,6 +165,7 @@ def _exponential_less_one(
                 term[i, j] = other[i, j]
                 total[i, j] += other[i, j]
     for _ in range(doublings):
+        # exp(2 A) - 1 = 2 (exp(A) - 1) + (exp(A) - 1)^2 loses no digits (decision 16)
         _multiply(total, total, 1.0, other)
         for i in range(size):
             for j in range(size):

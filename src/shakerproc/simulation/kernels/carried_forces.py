@@ -14,7 +14,7 @@ from shakerproc.simulation.kernels.table import (
     STATE,
     VELOCITY,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.laws.table import law_series
@@ -33,7 +33,7 @@ FORCE_BY_STATE: Final = 2
 RATE_BY_STATE: Final = 3
 
 
-class Carried(NamedTuple):
+class CarriedForces(NamedTuple):
     """Room for forces over a part of a sample, by the share of it that has passed.
 
     Attributes
@@ -61,9 +61,9 @@ class Carried(NamedTuple):
     y: FloatArray
 
 
-def room_to_carry(n_motions: int, n_forces: int, degree: int) -> Carried:
+def room_to_carry(n_motions: int, n_forces: int, degree: int) -> CarriedForces:
     """Return empty room."""
-    return Carried(
+    return CarriedForces(
         np.zeros((n_forces, FORCE_TERMS)),
         np.zeros((n_forces, SERIES_TERMS)),
         np.zeros((n_forces, 4)),
@@ -80,8 +80,8 @@ def _move_on(
     slot: int,
     order: int,
     factor: float,
-    series: Series,
-    room: Carried,
+    series: MotionSeries,
+    room: CarriedForces,
     n: int,
     n_y: int,
 ) -> None:
@@ -115,8 +115,8 @@ def ask(
     step: float,
     orders: int,
     slopes: int,
-    series: Series,
-    room: Carried,
+    series: MotionSeries,
+    room: CarriedForces,
     n: int,
     n_y: int,
 ) -> None:
@@ -130,7 +130,7 @@ def ask(
         probing = slopes == 1 and turn == 1
         order = turn - slopes if slopes == 1 and turn > 1 else turn
         for row in range(n_lines):
-            c, state = store.carried[row], machine.lines[row, MEMORY]
+            c, state = store.force_of[row], machine.lines[row, MEMORY]
             if c < 0 or (probing and state < 0):
                 continue
             if sticks(machine, row):
@@ -159,13 +159,13 @@ def ask(
 
 @inlined
 def note(
-    machine: Machine, store: Store, side: int, y: FloatArray, series: Series, room: Carried,
-    n: int,
+    machine: Machine, store: Store, side: int, y: FloatArray, series: MotionSeries,
+    room: CarriedForces, n: int,
 ) -> None:  # fmt: skip
     """Write down the motion across the carried lines at the start (0) or the end (1)."""
     line = room.line
     for row in range(machine.lines.shape[0]):
-        c = store.carried[row]
+        c = store.force_of[row]
         if c < 0:
             continue
         for kind in range(2):
@@ -181,7 +181,7 @@ def note(
 
 @inlined
 def correct_states(
-    machine: Machine, store: Store, step: float, scales: FloatArray, room: Carried, n: int
+    machine: Machine, store: Store, step: float, scales: FloatArray, room: CarriedForces, n: int
 ) -> float:
     """Correct states, forces and rates at the end; return the largest correction.
 
@@ -190,7 +190,7 @@ def correct_states(
     """
     worst, law = 0.0, room.law
     for row in range(machine.lines.shape[0]):
-        c, state = store.carried[row], 2 * n + machine.lines[row, MEMORY]
+        c, state = store.force_of[row], 2 * n + machine.lines[row, MEMORY]
         if c < 0 or state < 2 * n:
             continue
         slope = step * law[c, RATE_BY_STATE, 0]
@@ -211,12 +211,13 @@ def correct_states(
 
 
 @inlined
-def bend_force(room: Carried, f: int, warm: bool) -> None:
+def bend_force(room: CarriedForces, f: int, warm: bool) -> None:
     """Set the quintic of a force; see the top."""
     force, f0, f1 = room.force, room.now[f, 0], room.now[f, 1]
     end, slope = room.law[f, FORCE, 0], room.law[f, FORCE, 1]
     force[f, 0], force[f, 1] = f0, f1
     if warm:
+        # Hermite: values and slopes at shares -1, 0 and 1, even and odd powers apart
         even = 0.5 * (end + room.was[f, 0]) - f0
         odd = 0.5 * (end - room.was[f, 0]) - f1
         turn = 0.5 * (slope - room.was[f, 1])
@@ -224,23 +225,25 @@ def bend_force(room: Carried, f: int, warm: bool) -> None:
         force[f, 2], force[f, 4] = 2.0 * even - 0.5 * turn, 0.5 * turn - even
         force[f, 3], force[f, 5] = 2.5 * odd - 0.5 * rise, 0.5 * rise - 1.5 * odd
     else:
+        # no part before: the law's own series up to the cube, then value and slope at the end
         left = end - f0 - f1 - force[f, 2] - force[f, 3]
         steeper = slope - f1 - 2.0 * force[f, 2] - 3.0 * force[f, 3]
         force[f, 4], force[f, 5] = 5.0 * left - steeper, steeper - 4.0 * left
 
 
 @inlined
-def bend_rate(room: Carried, f: int) -> None:
+def bend_rate(room: CarriedForces, f: int) -> None:
     """Set the cubic with values and slopes of the rate of a state at both ends."""
     rate, r0, r1 = room.rate, room.now[f, 2], room.now[f, 3]
     rise, slope = room.law[f, RATE, 0] - r0, room.law[f, RATE, 1]
     rate[f, 0], rate[f, 1] = r0, r1
+    # Hermite: values and slopes at both ends
     rate[f, 2] = 3.0 * rise - 2.0 * r1 - slope
     rate[f, 3] = -2.0 * rise + r1 + slope
 
 
 @inlined
-def extend(room: Carried) -> None:
+def extend(room: CarriedForces) -> None:
     """Predict forces and rates by the polynomials of the part before."""
     for f in range(room.now.shape[0]):
         a3, a4, a5 = room.force[f, 3], room.force[f, 4], room.force[f, 5]
@@ -259,8 +262,8 @@ def set_out(
     slot: int,
     time: float,
     step: float,
-    series: Series,
-    room: Carried,
+    series: MotionSeries,
+    room: CarriedForces,
     n: int,
     n_y: int,
     n_c: int,
@@ -282,7 +285,7 @@ def set_out(
 
 
 @inlined
-def keep(room: Carried) -> None:
+def keep(room: CarriedForces) -> None:
     """Make the end of a part the start of the next."""
     for f in range(room.now.shape[0]):
         room.was[f, 0], room.was[f, 1] = room.now[f, 0], room.now[f, 1]

@@ -23,7 +23,7 @@ from shakerproc.simulation.kernels.carried_forces import (
     FROM,
     INPUT,
     SERIES_TERMS,
-    Carried,
+    CarriedForces,
     ask,
     bend_force,
     bend_rate,
@@ -40,7 +40,7 @@ from shakerproc.simulation.kernels.table import (
     LAW,
     STATE,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.kernels.taylor import even_out, shift, slot_of
@@ -66,10 +66,10 @@ _LEFT: Final = 0.1
 
 
 @inlined
-def _ahead(machine: Machine, store: Store, step: float, room: Carried) -> bool:
+def _ahead(machine: Machine, store: Store, step: float, room: CarriedForces) -> bool:
     """Return whether every event of the carried lines is still ahead; see `exact.fast`."""
     for row in range(machine.lines.shape[0]):
-        c = store.carried[row]
+        c = store.force_of[row]
         if c < 0 or sticks(machine, row):
             continue
         for which in range(2):
@@ -99,7 +99,7 @@ def _ahead_linear(
     n_c: int,
     w: float,
     fastest: float,
-    room: Carried,
+    room: CarriedForces,
     n_y: int,
 ) -> bool:
     """Return whether every event of the linear branches is still ahead; see `exact.fast`."""
@@ -135,7 +135,7 @@ def _ahead_linear(
 
 @inlined
 def _predict(
-    store: Store, slot: int, step: float, room: Carried, n: int, n_y: int, n_c: int
+    store: Store, slot: int, step: float, room: CarriedForces, n: int, n_y: int, n_c: int
 ) -> None:
     """Set the end of a part without the carried forces, and with those that are predicted."""
     table, y = store.step, room.y
@@ -157,7 +157,7 @@ def _predict(
 
 
 @inlined
-def _with_forces(store: Store, slot: int, room: Carried, i: int, column: int) -> float:
+def _with_forces(store: Store, slot: int, room: CarriedForces, i: int, column: int) -> float:
     """Return the end of a motion under the carried forces as they are."""
     total = 0.0
     for f in range(room.now.shape[0]):
@@ -177,8 +177,8 @@ def _settle(
     warm: bool,
     shrinking: float,
     scales: FloatArray,
-    series: Series,
-    room: Carried,
+    series: MotionSeries,
+    room: CarriedForces,
     n: int,
     n_y: int,
     n_c: int,
@@ -230,7 +230,7 @@ def _write_down(
     store: Store,
     slot: int,
     w: float,
-    room: Carried,
+    room: CarriedForces,
     motion: FloatArray,
     accelerations: FloatArray,
     row: int,
@@ -260,8 +260,8 @@ def carry(
     sample: float,
     tolerance: float,
     scales: FloatArray,
-    series: Series,
-    room: Carried,
+    series: MotionSeries,
+    room: CarriedForces,
     motion: FloatArray,
     accelerations: FloatArray,
     n: int,

@@ -19,7 +19,7 @@ from shakerproc.simulation.kernels.table import (
     MEMORY,
     STATE,
     Machine,
-    Series,
+    MotionSeries,
 )
 from shakerproc.simulation.kernels.taylor import even_out, event_noise
 from shakerproc.simulation.laws.table import event
@@ -38,7 +38,7 @@ MOST_STEPS: Final = 20_000
 
 @inlined
 def _rates(
-    machine: Machine, pieces: FloatArray, j: int, at: float, sample: float, series: Series
+    machine: Machine, pieces: FloatArray, j: int, at: float, sample: float, series: MotionSeries
 ) -> None:
     """Set accelerations, rates of states and all lines at a share of a sample."""
     series.w[0] = value(pieces[j], 0, pieces.shape[1] - 1, at)
@@ -54,7 +54,7 @@ def _step(
     at: float,
     share: float,
     sample: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
 ) -> None:
     """Take one step from the motion in row START; the end goes to row END and to order 0.
@@ -111,11 +111,12 @@ def _error(
         third += (e3 / (tolerance * size)) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
+    # err5^2 / sqrt(err5^2 + 0.01 err3^2), with the 0.01 of Hairer's and Wanner's dop853.f
     return step * fifth / ((fifth + 0.01 * third) * n_y) ** 0.5
 
 
 @inner
-def _watch(machine: Machine, series: Series, out: FloatArray) -> None:
+def _watch(machine: Machine, series: MotionSeries, out: FloatArray) -> None:
     """Set every event from the lines in order 0: by how much it has happened."""
     for row in range(machine.lines.shape[0]):
         for which in range(2):
@@ -185,7 +186,7 @@ def _locate(
     sample: float,
     e: int,
     noise: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
 ) -> float:
     """Return the length of the step that ends at an event (false position, Illinois).
@@ -233,7 +234,7 @@ def one_sample(
     wanted: float,
     sample: float,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
     scales: FloatArray,
     stats: FloatArray,
@@ -262,6 +263,7 @@ def one_sample(
         _step(machine, tableau, pieces, j, at, share, sample, series, work)
         stats[3] += 1.0
         error = _error(tableau, share * sample, n_y, scales, tolerance, work)
+        # the error grows with the eighth power of the step, hence exponents of -1/8
         if not error < 1.0 and share > 1e-9:
             wanted = share * max(0.2, 0.9 * error**-0.125) if error < 1e30 else 0.1 * share
             for i in range(n_y):
@@ -320,7 +322,7 @@ def integrate_dop853(
     sample: float,
     stride: int,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     work: FloatArray,
     scales: FloatArray,
     motion: FloatArray,

@@ -3,7 +3,7 @@
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import inlined
 from shakerproc.simulation.kernels.motion import accelerate
-from shakerproc.simulation.kernels.table import LAW, Machine, Series, Store
+from shakerproc.simulation.kernels.table import LAW, Machine, MotionSeries, Store
 from shakerproc.simulation.kernels.taylor import shift, slot_of
 from shakerproc.simulation.laws.table import wall
 
@@ -36,7 +36,7 @@ def fast(
     stride: int,
     before: int,
     scales: FloatArray,
-    series: Series,
+    series: MotionSeries,
     y: FloatArray,
     end: FloatArray,
     motion: FloatArray,
@@ -134,7 +134,7 @@ def fast(
 def record(
     machine: Machine,
     time: float,
-    series: Series,
+    series: MotionSeries,
     motion: FloatArray,
     accelerations: FloatArray,
     k: int,

@@ -204,6 +204,7 @@ def _crossing(
             low = angle
         else:
             high = angle
+        # Newton, and bisection where its step leaves the bracket
         step = (position - level) / slope if slope != 0.0 else np.inf
         closer = angle - step
         if not low < closer < high:
@@ -308,11 +309,11 @@ def _pass(
     breakpoints: FloatArray,
     span: tuple[float, float],
     end: float,
-    found: tuple[FloatArray, Segments],
+    crossings: tuple[FloatArray, Segments],
     count: int,
 ) -> int:
     """Note every crossing on a span on which the motion rises or falls throughout."""
-    angles, segments = found
+    angles, segments = crossings
     target = segment_of(end, breakpoints)
     current = segments[count]
     while current != target:
@@ -442,6 +443,7 @@ def exponential(matrix: FloatArray, rooms: FloatArray) -> FloatArray:
         term, other = other, term
         term /= n
         result += term
+        # a term below 1e-18 changes no sum that begins at 1, rounded to 1.1e-16
         bound *= norm * scale / n
         if bound < 1e-18:
             break

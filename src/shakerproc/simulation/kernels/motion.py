@@ -15,7 +15,7 @@ from shakerproc.simulation.kernels.table import (
     STATE,
     VELOCITY,
     Machine,
-    Series,
+    MotionSeries,
 )
 from shakerproc.simulation.laws.elements_in_series import series_limit, series_slip
 from shakerproc.simulation.laws.table import follow, law_series, start
@@ -53,7 +53,7 @@ def push_and_read(machine: Machine, row: int, amount: float, a: FloatArray, orde
 
 
 @inlined
-def read_linear(machine: Machine, order: int, series: Series) -> None:
+def read_linear(machine: Machine, order: int, series: MotionSeries) -> None:
     """Set the force that is read to that of the linear part alone."""
     n = machine.mass.size
     if machine.reads >= 0:
@@ -80,7 +80,7 @@ def sticks(machine: Machine, row: int) -> bool:
 
 @inlined
 def accelerate_here(
-    machine: Machine, time: float, step: float, order: int, series: Series
+    machine: Machine, time: float, step: float, order: int, series: MotionSeries
 ) -> None:
     """Set one order of the accelerations, of the rates of the states, and of all lines.
 
@@ -114,7 +114,7 @@ def accelerate_here(
 
 
 @inlined
-def finish_line(machine: Machine, row: int, order: int, series: Series) -> None:
+def finish_line(machine: Machine, row: int, order: int, series: MotionSeries) -> None:
     """Set the last order of a line, which has no force any more.
 
     Switchings are then found on the very series that carries the motion: one that ended an
@@ -131,13 +131,15 @@ def finish_line(machine: Machine, row: int, order: int, series: Series) -> None:
 
 
 @inner
-def accelerate(machine: Machine, time: float, step: float, order: int, series: Series) -> None:
+def accelerate(
+    machine: Machine, time: float, step: float, order: int, series: MotionSeries
+) -> None:
     """Do as `accelerate_here`, by a call."""
     accelerate_here(machine, time, step, order, series)
 
 
 @inner
-def hold(machine: Machine, held: int, order: int, series: Series) -> None:
+def hold(machine: Machine, held: int, order: int, series: MotionSeries) -> None:
     """Take the relative acceleration out of every sticking line: one linear system."""
     system, stuck = series.system, series.stuck
     i = 0
@@ -165,7 +167,7 @@ def hold(machine: Machine, held: int, order: int, series: Series) -> None:
 
 
 @inner
-def begin(machine: Machine, series: Series) -> None:
+def begin(machine: Machine, series: MotionSeries) -> None:
     """Set the branch of every line from the motion in order 0."""
     n = machine.mass.size
     for row in range(machine.lines.shape[0]):
@@ -178,7 +180,7 @@ def begin(machine: Machine, series: Series) -> None:
 
 
 @inner
-def switch(machine: Machine, row: int, which: int, time: float, series: Series) -> None:
+def switch(machine: Machine, row: int, which: int, time: float, series: MotionSeries) -> None:
     """Follow the event of a line, the motion in order 0, and settle every sticking joint."""
     n = machine.mass.size
     law, before = machine.lines[row, LAW], machine.mode[row, 0]
@@ -194,7 +196,7 @@ def switch(machine: Machine, row: int, which: int, time: float, series: Series) 
 
 
 @inner
-def _slip(machine: Machine, row: int, before: int, series: Series) -> None:
+def _slip(machine: Machine, row: int, before: int, series: MotionSeries) -> None:
     """Set the state exactly where the slider of a series starts to slip, or stands."""
     n, mode = machine.mass.size, machine.mode[row, 0]
     side = 1.0 if mode > 0 else -1.0
@@ -207,17 +209,19 @@ def _slip(machine: Machine, row: int, before: int, series: Series) -> None:
 
 
 @inner
-def _take_away(machine: Machine, row: int, left: float, series: Series) -> None:
+def _take_away(machine: Machine, row: int, velocity: float, series: MotionSeries) -> None:
     """Take the rounding error of a velocity away where a slider stops [m/s].
 
     Where the motion is imposed there is none: no push moves the joint.
     """
     if mobility(machine, row, row) > 0.0:
-        push(machine, row, left / mobility(machine, row, row), series.y, machine.mass.size, 0)
+        push(
+            machine, row, velocity / mobility(machine, row, row), series.y, machine.mass.size, 0
+        )
 
 
 @inner
-def settle(machine: Machine, time: float, series: Series) -> None:
+def settle(machine: Machine, time: float, series: MotionSeries) -> None:
     """Let the joints slide that stick although more than their breakaway force is on them.
 
     The one that is overloaded most goes first, since that unloads the others.

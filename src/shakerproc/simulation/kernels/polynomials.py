@@ -10,7 +10,7 @@ from shakerproc.simulation.kernels.table import BASE
 
 @compiled
 def through(
-    values: FloatArray, nodes: FloatArray, apart: FloatArray, pieces: FloatArray
+    values: FloatArray, nodes: FloatArray, inverse_distances: FloatArray, pieces: FloatArray
 ) -> None:
     """Set polynomials through values at nodes, of which neighbours share the outer ones.
 
@@ -22,7 +22,7 @@ def through(
         At the nodes of each piece, the last being the first of the next.
     nodes : (degree + 1,) array
         Their places in a piece, from 0 to 1.
-    apart : (degree + 1, degree + 1) array
+    inverse_distances : (degree + 1, degree + 1) array
         One over the distance of the second node from the first.
     pieces : (n_pieces, degree + 1) array
         Set: coefficients in rising powers of the share of the piece.
@@ -38,7 +38,9 @@ def through(
             pieces[j, i] = values[j * degree + i]
         for k in range(degree):
             for i in range(degree, k, -1):
-                pieces[j, i] = (pieces[j, i] - pieces[j, i - 1]) * apart[i - k - 1, i]
+                pieces[j, i] = (pieces[j, i] - pieces[j, i - 1]) * inverse_distances[
+                    i - k - 1, i
+                ]
         for k in range(degree - 1, 0, -1):  # the first node is 0
             for i in range(k, degree):
                 pieces[j, i] -= nodes[k] * pieces[j, i + 1]

@@ -120,7 +120,7 @@ class Store(NamedTuple):
         the forces themselves is left out.
     step : (s, n_y, n_y + degree + 2 + 6 m) array
         What a part adds to y, by (y, c, 1) and the six coefficients of each carried force.
-    carried : (r,) array of int
+    force_of : (r,) array of int
         Number of each line among the m whose law is not linear on its branches: its force is
         given to the propagators as a quintic over a part. -1 for all others.
     owner : (n_states,) array of int
@@ -138,7 +138,7 @@ class Store(NamedTuple):
     events: FloatArray
     slopes: FloatArray
     step: FloatArray
-    carried: NDArray[np.int64]
+    force_of: NDArray[np.int64]
     owner: NDArray[np.int64]
     push: FloatArray
 
@@ -150,7 +150,7 @@ FORCE_TERMS: Final = 6
 HIGHEST: Final = 24
 """Highest order of a Taylor series."""
 
-DISPLACEMENT: Final = 0  # planes of `lines` in Series, and quantities that events watch
+DISPLACEMENT: Final = 0  # planes of `lines` in MotionSeries, and quantities that events watch
 VELOCITY: Final = 1
 HOLDING: Final = 2  # the force that keeps a sticking line at rest
 STATE: Final = 3
@@ -158,7 +158,7 @@ BASE: Final = 4  # the first of the planes that a law may use as it likes
 PLANES: Final = 20
 
 
-class Series(NamedTuple):
+class MotionSeries(NamedTuple):
     """Taylor coefficients over a step, in powers of the share of it that has passed.
 
     Attributes
@@ -183,11 +183,11 @@ class Series(NamedTuple):
     stuck: NDArray[np.int64]
 
 
-def room_for_series(machine: Machine, n_states: int) -> Series:
+def room_for_series(machine: Machine, n_states: int) -> MotionSeries:
     """Return empty series."""
     n, n_lines = machine.mass.size, len(machine.lines)
     orders = HIGHEST + 2
-    return Series(
+    return MotionSeries(
         np.zeros((2 * n + n_states, orders)),
         np.zeros((n + len(machine.reading), orders)),
         np.zeros(orders),

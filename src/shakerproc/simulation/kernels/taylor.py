@@ -30,7 +30,7 @@ from shakerproc.simulation.kernels.table import (
     TABLE,
     VELOCITY,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.laws.table import event, trusted_share, wall
@@ -64,14 +64,19 @@ def slot_of(machine: Machine, store: Store) -> int:
     """Return where the propagators of the present branches stand."""
     code = 0
     for row in range(machine.lines.shape[0]):
-        free = store.carried[row] >= 0 and machine.lines[row, LAW] != FRICTION
+        free = store.force_of[row] >= 0 and machine.lines[row, LAW] != FRICTION
         code = 3 * code + (1 if free else machine.mode[row, 0] + 1)
     return store.slot_of[code]
 
 
 @inlined
 def expand_linear(
-    store: Store, slot: int, step: float, scales: FloatArray, tolerance: float, series: Series
+    store: Store,
+    slot: int,
+    step: float,
+    scales: FloatArray,
+    tolerance: float,
+    series: MotionSeries,
 ) -> tuple[int, float]:
     """Set the series of a step on linear branches; return as `expand` does."""
     n_y, system = series.y.shape[0], store.system[slot]
@@ -101,7 +106,7 @@ def expand(
     step: float,
     scales: FloatArray,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
 ) -> tuple[int, float]:
     """Set the series of a step; return their order and the share of it where they converge.
 
@@ -113,7 +118,7 @@ def expand(
         Largest size of each of `y` so far; the truncation is compared with it.
     tolerance : float
         The last two terms as a share of that [-].
-    series : Series
+    series : MotionSeries
         Set, from order 0 of `y` and the whole of `w`, which stand there already.
     """
     n, n_y = machine.mass.size, series.y.shape[0]
@@ -180,7 +185,7 @@ def _share(y: FloatArray, order: int, scales: FloatArray, tolerance: float) -> f
 
 
 @inner
-def _shorten(series: Series, order: int, share: float) -> None:
+def _shorten(series: MotionSeries, order: int, share: float) -> None:
     """Rewrite the series for the first share of their step."""
     factor = 1.0
     for k in range(order + 1):
@@ -199,7 +204,7 @@ def _next_event_linear(
     store: Store,
     slot: int,
     order: int,
-    series: Series,
+    series: MotionSeries,
     scales: FloatArray,
     room: FloatArray,
     change: FloatArray,
@@ -245,7 +250,7 @@ def _next_event_linear(
 
 @inlined
 def _next_event(
-    machine: Machine, order: int, series: Series, scales: FloatArray, room: FloatArray
+    machine: Machine, order: int, series: MotionSeries, scales: FloatArray, room: FloatArray
 ) -> tuple[float, int, int]:
     """Return the share of the step at which the first event happens, its line and which."""
     at, line, number = NEVER, -1, -1
@@ -304,7 +309,7 @@ def event_noise(machine: Machine, row: int, kind: int, scales: FloatArray) -> fl
 
 
 @inlined
-def near_no_series(machine: Machine, series: Series, scales: FloatArray) -> bool:
+def near_no_series(machine: Machine, series: MotionSeries, scales: FloatArray) -> bool:
     """Return whether some law has no Taylor series where the motion is, or next to it."""
     n = machine.mass.size
     for row in range(machine.lines.shape[0]):
@@ -342,7 +347,7 @@ def careful(
     sample: float,
     scales: FloatArray,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     room: FloatArray,
     change: FloatArray,
     stats: FloatArray,
@@ -428,7 +433,7 @@ def careful(
 
 @inlined
 def look_in(
-    series: Series,
+    series: MotionSeries,
     order: int,
     past: float,
     good: float,

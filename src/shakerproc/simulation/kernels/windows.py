@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
 from shakerproc.models.compiled import compiled, inlined, inner
-from shakerproc.simulation.kernels.carried_forces import Carried
+from shakerproc.simulation.kernels.carried_forces import CarriedForces
 from shakerproc.simulation.kernels.carrying import carry
 from shakerproc.simulation.kernels.dop853 import one_sample
 from shakerproc.simulation.kernels.exact import fast, record
@@ -29,7 +29,7 @@ from shakerproc.simulation.kernels.table import (
     MEMORY,
     SERIES,
     Machine,
-    Series,
+    MotionSeries,
     Store,
 )
 from shakerproc.simulation.kernels.taylor import careful
@@ -51,7 +51,7 @@ class Nudges(NamedTuple):
         How far a difference moves each displacement and velocity.
     lead : int
         Samples of a window after which it is let go.
-    apart : (m,) array
+    difference : (m,) array
         Room for the differences.
     """
 
@@ -59,7 +59,7 @@ class Nudges(NamedTuple):
     sees: FloatArray
     gain: FloatArray
     lead: int
-    apart: FloatArray
+    difference: FloatArray
 
 
 @inlined
@@ -70,7 +70,12 @@ def held_until(nudges: Nudges, first: int) -> int:
 
 @inner
 def nudge(
-    machine: Machine, nudges: Nudges, sample: int, time: float, period: float, series: Series
+    machine: Machine,
+    nudges: Nudges,
+    sample: int,
+    time: float,
+    period: float,
+    series: MotionSeries,
 ) -> None:
     """Move the motion in order 0 towards the measurement at a sample.
 
@@ -82,14 +87,14 @@ def nudge(
         held = held or sticks(machine, row)
     if held:  # what the joints that stick carry before
         accelerate(machine, time, 0.0, 0, series)
-    for i in range(nudges.apart.size):
+    for i in range(nudges.difference.size):
         total = nudges.measured[sample, i]
         for k in range(2 * n):
             total -= nudges.sees[i, k] * series.y[k, 0]
-        nudges.apart[i] = total
+        nudges.difference[i] = total
     for k in range(2 * n):
-        for i in range(nudges.apart.size):
-            series.y[k, 0] += nudges.gain[k, i] * nudges.apart[i]
+        for i in range(nudges.difference.size):
+            series.y[k, 0] += nudges.gain[k, i] * nudges.difference[i]
     for row in range(n_lines):
         _go_on(machine, row, period, series)
     if held:
@@ -97,7 +102,7 @@ def nudge(
 
 
 @inlined
-def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
+def _go_on(machine: Machine, row: int, period: float, series: MotionSeries) -> None:
     """Set the branch of a line whose motion was changed, with its memory kept."""
     n, law, mode = machine.mass.size, machine.lines[row, LAW], machine.mode[row, 0]
     displacement = between(machine, row, series.y, 0, 0)
@@ -123,7 +128,7 @@ def _go_on(machine: Machine, row: int, period: float, series: Series) -> None:
 
 @inlined
 def _resists(
-    machine: Machine, row: int, velocity: float, period: float, series: Series
+    machine: Machine, row: int, velocity: float, period: float, series: MotionSeries
 ) -> bool:
     """Return whether a joint that sticks takes a nudge up, and if so take it away.
 
@@ -176,9 +181,9 @@ def _walk(
     before: int,
     sample: float,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     room: FloatArray,
-    carried: Carried,
+    forces: CarriedForces,
     work: FloatArray,
     motion: FloatArray,
     accelerations: FloatArray,
@@ -211,7 +216,7 @@ def _walk(
             from_here = j
             j, passed = carry(
                 machine, store, pieces, j, end, stride, before, sample, tolerance, scales,
-                series, carried, motion, accelerations, n, n_y,
+                series, forces, motion, accelerations, n, n_y,
             )  # fmt: skip
             missed = 0 if j > from_here or passed > 0.0 else min(2 * missed + 1, MOST_IDLE)
             idle = missed
@@ -252,7 +257,7 @@ def _nudge_here(
     j: int,
     stride: int,
     sample: float,
-    series: Series,
+    series: MotionSeries,
     until: int,
 ) -> None:
     """Nudge the motion at the end of piece j - 1, where that ends a sample up to `until`."""
@@ -278,9 +283,9 @@ def walk_windows(
     starts: FloatArray,
     least: FloatArray,
     tolerance: float,
-    series: Series,
+    series: MotionSeries,
     room: FloatArray,
-    carried: Carried,
+    forces: CarriedForces,
     work: FloatArray,
     cursor: NDArray[np.int64],
     failed: NDArray[np.bool_],
@@ -320,11 +325,11 @@ def walk_windows(
         Least size of each motion that errors are compared with.
     tolerance : float
         Truncation of a series, as a share of the largest motion so far [-].
-    series : Series
+    series : MotionSeries
         Room.
     room : (4, any) array
         Room for as many numbers in a row as there are orders, motions or events.
-    carried : Carried
+    forces : CarriedForces
         Room.
     cursor : (4,) array of int
         Window, samples of it that are done, piece, and steps around switchings in the window
@@ -378,7 +383,7 @@ def walk_windows(
             reached = _walk(
                 machine, store, analytic, tableau, pieces, cursor[2],
                 -(-(here + rows - 1) * stride // span), stride, span, here - row, sample,
-                tolerance, series, room, carried, work, motion, accelerations, stats, patience,
+                tolerance, series, room, forces, work, motion, accelerations, stats, patience,
                 nudges, held_until(nudges, first),
             )  # fmt: skip
             cursor[3] += int(stats[3] - steps)

@@ -163,8 +163,8 @@ def _stretches(envelope: DecayEnvelope, least: float) -> Iterator[tuple[float, f
 def _why_none(needed: float, duration: float, line: DecayLine) -> str:
     """Return why a decay tells nothing."""
     isolated = (
-        f"to isolate {numeral(line.frequency, 4)} Hz from what lies {numeral(line.apart)} Hz "
-        "away and to read it twice"
+        f"to isolate {numeral(line.frequency, 4)} Hz from what lies {numeral(line.distance)} "
+        "Hz away and to read it twice"
     )
     if duration < needed:
         return (
@@ -205,7 +205,7 @@ class DecayTrend:
 
 
 def trend_of(
-    readings: Sequence[DecayReading], beside: Sequence[DecayReading] = ()
+    readings: Sequence[DecayReading], reference: Sequence[DecayReading] = ()
 ) -> DecayTrend | None:
     """Return how a mode depends on its amplitude; None where too few readings tell.
 
@@ -213,12 +213,12 @@ def trend_of(
     ----------
     readings : sequence of DecayReading
         Of one method along the decay, each sharing half of its stretch with the one before.
-    beside : sequence of DecayReading
+    reference : sequence of DecayReading
         Those of a model: then the trend is that of frequency over the model's and of damping
         less the model's, at amplitudes that both have.
     """
     used = [one for one in readings if one.damping > 0.0]
-    base = at_amplitudes(beside, [one.amplitude for one in used]) if beside else None
+    base = at_amplitudes(reference, [one.amplitude for one in used]) if reference else None
     if base is not None:
         used = [one for one, known in zip(used, base.known, strict=True) if known]
     if len(used) < LEAST_READINGS:
@@ -288,6 +288,7 @@ def columns_of(readings: Sequence[DecayReading]) -> tuple[FloatArray, ...]:
 
 def _changes(values: FloatArray, errors: FloatArray) -> bool:
     """Return whether values differ by more than half their 95 % intervals allow."""
+    # of equal values the weighted scatter is chi-square with one less than their number
     weights = (1.96 / errors) ** 2
     mean = float(weights @ values / weights.sum())
     scatter = float(weights @ (values - mean) ** 2) / SHARED_SCATTER
@@ -303,8 +304,10 @@ def _law(amplitude: FloatArray, damping: FloatArray, errors: FloatArray) -> int:
     explained = {}
     for power in (-1, 1):
         design = np.stack([np.ones(amplitude.size), amplitude**power], axis=1)
-        found, *_ = np.linalg.lstsq(design * root[:, np.newaxis], damping * root, rcond=None)
-        left = float(weights @ (damping - design @ found) ** 2)
-        explained[power] = 1.0 - left / whole if found[1] > 0.0 else 0.0
+        weights_of_law, *_ = np.linalg.lstsq(
+            design * root[:, np.newaxis], damping * root, rcond=None
+        )
+        squares = float(weights @ (damping - design @ weights_of_law) ** 2)
+        explained[power] = 1.0 - squares / whole if weights_of_law[1] > 0.0 else 0.0
     best = max(explained, key=lambda power: explained[power])
     return best if explained[best] >= EXPLAINED_SHARE else 0

@@ -54,7 +54,7 @@ class DecayLine:
         Of the line [Hz].
     row : int
         Channel in which it stands out of the noise most.
-    apart : float
+    distance : float
         How far away the next other line, rest (0 Hz) or half the sample rate is [Hz].
     ratio : float
         Height of that line over its own, 1 at least [-].
@@ -62,7 +62,7 @@ class DecayLine:
 
     frequency: float
     row: int
-    apart: float
+    distance: float
     ratio: float
 
 
@@ -118,7 +118,7 @@ def filter_length(line: DecayLine) -> float:
     attenuation = -20.0 * np.log10(REJECTION / line.ratio)
     # Kaiser's law for the length of a low-pass, over the width of its transition
     return float(
-        (attenuation - 7.95) / (2.285 * 2.0 * np.pi * (STOP_EDGE - PASS_EDGE) * line.apart)
+        (attenuation - 7.95) / (2.285 * 2.0 * np.pi * (STOP_EDGE - PASS_EDGE) * line.distance)
     )
 
 
@@ -141,12 +141,12 @@ def envelope_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> Dec
     """
     attenuation = -20.0 * np.log10(REJECTION / line.ratio)
     length = 2 * round(0.5 * filter_length(line) * sample_rate) + 1
-    cutoff = 0.5 * (STOP_EDGE + PASS_EDGE) * line.apart
+    cutoff = 0.5 * (STOP_EDGE + PASS_EDGE) * line.distance
     taps = scipy.signal.firwin(
         length, cutoff, window=("kaiser", scipy.signal.kaiser_beta(attenuation)), fs=sample_rate
     )
     step = max(round(np.sum(taps) ** 2 / np.sum(taps**2)), 1)
-    frame = (step / sample_rate, line.frequency, PASS_EDGE * line.apart)
+    frame = (step / sample_rate, line.frequency, PASS_EDGE * line.distance)
     if samples.size < length:
         return DecayEnvelope(np.zeros(0), np.zeros(0, complex), *frame)
     turned = samples * np.exp(
@@ -169,7 +169,7 @@ def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> 
     line : DecayLine
         The mode.
     """
-    half = line.apart * (REJECTION / line.ratio) ** (1.0 / ORDER)
+    half = line.distance * (REJECTION / line.ratio) ** (1.0 / ORDER)
     edges = [line.frequency - half, min(line.frequency + half, 0.499 * sample_rate)]
     sections = scipy.signal.butter(ORDER, edges, "bandpass", fs=sample_rate, output="sos")
     near = line.frequency + half * np.array([-0.01, 0.0, 0.01])
@@ -181,8 +181,8 @@ def oscillation_of(samples: FloatArray, sample_rate: float, line: DecayLine) -> 
     )
     values = scipy.signal.sosfilt(sections, samples[::-1])[::-1] / abs(at[1])
     time = np.arange(samples.size) / sample_rate + delay
-    settled = time < time[-1] - 4.0 * delay  # the filter began at the end of the record
-    return Oscillation(time[settled], values[settled], bandwidth)
+    undisturbed = time < time[-1] - 4.0 * delay  # the filter began at the end of the record
+    return Oscillation(time[undisturbed], values[undisturbed], bandwidth)
 
 
 def largest_rise(amplitude: FloatArray) -> float:
@@ -208,8 +208,9 @@ def _rest(amplitude: FloatArray) -> float:
     median = float(np.median(end))
     if end.size < NOISE_VALUES:
         return median
-    apart = end[1:-1] - 0.5 * (end[:-2] + end[2:])
-    return min(median, RAYLEIGH * float(np.sqrt(np.mean(apart**2) / 1.5)))
+    departure = end[1:-1] - 0.5 * (end[:-2] + end[2:])
+    # independent noise less the mean of two neighbours has 1 + 1/4 + 1/4 of its variance
+    return min(median, RAYLEIGH * float(np.sqrt(np.mean(departure**2) / 1.5)))
 
 
 def never_grows(samples: FloatArray, sample_rate: float, line: DecayLine) -> bool:
@@ -359,8 +360,8 @@ def decay_lines(
     score = over.max(axis=0)
     level = 20.0 * np.log10(np.maximum(score, 1e-300))
     places, _ = scipy.signal.find_peaks(level, prominence=20.0 * np.log10(LEAST_PROMINENCE))
-    beside, *_ = scipy.signal.peak_prominences(score, places)
-    places = places[beside > ABOVE_NOISE]
+    prominence, *_ = scipy.signal.peak_prominences(score, places)
+    places = places[prominence > ABOVE_NOISE]
     alone = [
         _ModeLines(float(frequency[i]), 0.0, magnitude[:, i], over[:, i])
         for i in places.tolist()
@@ -395,7 +396,7 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_ModeLines]) -> li
     A mode whose frequency shifts while it decays has a spectrum of several lines, which one by
     one look like modes. They are one where their sum never grows: two modes beat.
     """
-    found: list[_ModeLines] = []
+    mode_lines: list[_ModeLines] = []
     while alone:
         last = max(
             i for i, one in enumerate(alone)
@@ -404,15 +405,15 @@ def _groups(rest: FloatArray, sample_rate: float, alone: list[_ModeLines]) -> li
         while last > 0:
             joined = _joined(alone[: last + 1])
             row = int(np.argmax(joined.over))
-            line = _line(joined, [*found, joined, *alone[last + 1 :]], 0.5 * sample_rate)
-            if joined.span <= 2.0 * PASS_EDGE * line.apart and never_grows(
+            line = _line(joined, [*mode_lines, joined, *alone[last + 1 :]], 0.5 * sample_rate)
+            if joined.span <= 2.0 * PASS_EDGE * line.distance and never_grows(
                 rest[row], sample_rate, line
             ):
                 break
             last -= 1
-        found.append(_joined(alone[: last + 1]))
+        mode_lines.append(_joined(alone[: last + 1]))
         alone = alone[last + 1 :]
-    return found
+    return mode_lines
 
 
 def _joined(lines: Sequence[_ModeLines]) -> _ModeLines:
@@ -425,17 +426,17 @@ def _joined(lines: Sequence[_ModeLines]) -> _ModeLines:
     )
 
 
-def _line(own: _ModeLines, groups: Sequence[_ModeLines], highest: float) -> DecayLine:
+def _line(lines: _ModeLines, groups: Sequence[_ModeLines], highest: float) -> DecayLine:
     """Return a mode among all others; their own width is no part of the distance."""
-    row = int(np.argmax(own.over))
-    others = [(own.frequency, 1.0), (highest - own.frequency, 1.0)] + [
+    row = int(np.argmax(lines.over))
+    others = [(lines.frequency, 1.0), (highest - lines.frequency, 1.0)] + [
         (
-            abs(one.frequency - own.frequency) - 0.5 * one.span,
-            float(one.heights[row] / own.heights[row]),
+            abs(one.frequency - lines.frequency) - 0.5 * one.span,
+            float(one.heights[row] / lines.heights[row]),
         )
         for one in groups
-        if one is not own and one.heights[row] > LEAST_HEIGHT * own.heights[row]
+        if one is not lines and one.heights[row] > LEAST_HEIGHT * lines.heights[row]
     ]
-    apart = min(distance for distance, _ in others)
-    ratio = max(tall * apart / distance for distance, tall in others)
-    return DecayLine(own.frequency, row, apart, max(ratio, 1.0))
+    distance_hz = min(distance for distance, _ in others)
+    ratio = max(tall * distance_hz / distance for distance, tall in others)
+    return DecayLine(lines.frequency, row, distance_hz, max(ratio, 1.0))

@@ -148,20 +148,27 @@ def read_envelope(envelope: DecayEnvelope, start: float, stop: float) -> DecayRe
     design = np.vander((time - middle) / half_width, 3, increasing=True)
     root = np.abs(values)
     target = np.log(np.abs(values)) + 1j * np.unwrap(np.angle(values))
-    found, *_ = np.linalg.lstsq(design * root[:, np.newaxis] + 0j, target * root, rcond=None)
+    coefficients, *_ = np.linalg.lstsq(
+        design * root[:, np.newaxis] + 0j, target * root, rcond=None
+    )
     for _ in range(MOST_STEPS):
-        wave = np.exp(design @ found)
+        wave = np.exp(design @ coefficients)
         step, *_ = np.linalg.lstsq(design * wave[:, np.newaxis], values - wave, rcond=None)
         if not np.isfinite(step).all() or np.abs(step).max() > 1.0:
             return None  # noise, not a decay
-        found = found + step
-    wave = np.exp(design @ found)
+        coefficients = coefficients + step
+    wave = np.exp(design @ coefficients)
     slopes = design * wave[:, np.newaxis]
     freedom = time.size - design.shape[1]
     power = float(np.sum(np.abs(values - wave) ** 2)) / freedom
     covariance = power * np.linalg.inv((slopes.conj().T @ slopes).real)
+    # a complex value is two real ones, each with half of the power of the noise
     half = float(scipy.special.stdtrit(2 * freedom, 0.975) * np.sqrt(0.5 * covariance[1, 1]))
-    amplitude, pole, bend = float(np.exp(found[0].real)), found[1] / half_width, found[2]
+    amplitude, pole, bend = (
+        float(np.exp(coefficients[0].real)),
+        coefficients[1] / half_width,
+        coefficients[2],
+    )
     half /= half_width
     return reading_of(
         complex(pole) + 2j * np.pi * envelope.frequency,
@@ -308,15 +315,15 @@ def _parabola(
     design = np.vander((x - middle) / half_width, PARAMETERS, increasing=True)
     root = np.sqrt(weights / weights.mean())
     turned = design * root[:, np.newaxis]
-    found, *_ = np.linalg.lstsq(turned, y * root, rcond=None)
-    left = (y - design @ found) * root
-    power = float(left @ left) / (x.size - PARAMETERS * related)
+    coefficients, *_ = np.linalg.lstsq(turned, y * root, rcond=None)
+    residual = (y - design @ coefficients) * root
+    power = float(residual @ residual) / (x.size - PARAMETERS * related)
     error = np.sqrt(power * related * np.linalg.inv(turned.T @ turned)[1, 1])
     half = float(scipy.special.stdtrit(freedom, 0.975) * error)
     return _Parabola(
-        float(found[0]),
-        float(found[1]) / half_width,
+        float(coefficients[0]),
+        float(coefficients[1]) / half_width,
         half / half_width,
-        float(found[2]),
+        float(coefficients[2]),
         float(np.sqrt(power)),
     )

@@ -102,8 +102,10 @@ class Smearing:
     def __call__(self, distance: FloatArray) -> FloatArray:
         """Return the amplitude of the window's spectrum so far from its middle [Hz^-1/2]."""
         place = np.abs(distance) / self.step
-        found = np.interp(place, np.arange(self.amplitude.size), self.amplitude, right=0.0)
-        return np.asarray(found, dtype=np.float64)
+        interpolated = np.interp(
+            place, np.arange(self.amplitude.size), self.amplitude, right=0.0
+        )
+        return np.asarray(interpolated, dtype=np.float64)
 
     def noise_correlation(self, n_bins: int) -> FloatArray:
         """Return how errors by noise are correlated over so many bins, (n_bins,)."""
@@ -161,8 +163,8 @@ def steady_chance(
     harmonics = smearing.harmonics(fit, float(frequency[-1] - frequency[0]))
     nodes = _nodes(smearing, frequency, fit, harmonics)
     share = np.gradient(nodes)
-    apart = frequency[:, np.newaxis] - nodes
-    amplitude = smearing(apart)
+    distances = frequency[:, np.newaxis] - nodes
+    amplitude = smearing(distances)
     here = modelled(kind, nodes, frequency, fit, smearing.rate)
     if kind == "density":
         return _of_density(smearing, frequency, fit, (nodes, share, amplitude, here), harmonics)
@@ -175,7 +177,7 @@ def steady_chance(
     for j in harmonics[1:]:
         shifted = nodes + j * smearing.hop
         there = modelled(kind, shifted, frequency, fit, smearing.rate) - mean[:, np.newaxis]
-        weight = amplitude * smearing(apart - j * smearing.hop) * np.sqrt(share)
+        weight = amplitude * smearing(distances - j * smearing.hop) * np.sqrt(share)
         bias = bias + np.sum(weight**2 * (off + there), axis=1)
         parts += [
             weight * (off + there) / np.sqrt(2.0),
@@ -217,8 +219,8 @@ def modelled(
         pole = 2.0 * np.pi * f * complex(-z, np.sqrt(1.0 - z * z)) / sample_rate
         direct = 1.0 / (1.0 - np.exp(pole - turns)) - 0.5
         mirrored = (1.0 / (1.0 - np.exp(pole + turns)) - 0.5).conj()
-        both, apart = fit.weights[2 * k : 2 * k + 2]
-        result += both * (direct + mirrored) + 1j * apart * (direct - mirrored)
+        both, difference = fit.weights[2 * k : 2 * k + 2]
+        result += both * (direct + mirrored) + 1j * difference * (direct - mirrored)
     middle, half = (frequency[0] + frequency[-1]) / 2.0, (frequency[-1] - frequency[0]) / 2.0
     place, rest = (nodes - middle) / half, fit.weights[2 * n :]
     if kind == "density":
@@ -239,11 +241,11 @@ def _of_density(
     least = LEAST_NOISE * float(np.abs(here.real).max())  # poor fits are negative all over
     density = np.sqrt(np.maximum(here.real, least))
     parts = [amplitude**2 * np.sqrt(share) * density**2]
-    apart = frequency[:, np.newaxis] - nodes
+    distances = frequency[:, np.newaxis] - nodes
     for j in harmonics[1:]:
         shifted = modelled("density", nodes + j * smearing.hop, frequency, fit, smearing.rate)
         there = np.sqrt(np.maximum(shifted.real, least))
-        weight = amplitude * smearing(apart - j * smearing.hop) * np.sqrt(share)
+        weight = amplitude * smearing(distances - j * smearing.hop) * np.sqrt(share)
         parts.append(np.sqrt(2.0) * weight * density * there)
     factor = np.concatenate(parts, axis=1)
     worth = smearing.norm * smearing.averages

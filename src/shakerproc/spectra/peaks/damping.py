@@ -347,7 +347,7 @@ def _damping(
     added = (spectra.decay_rate or 0.0) / np.pi  # width that a window of decays adds [Hz]
     narrowed = 0.5 * added / float(spectra.frequency[peak])
     readable = reading[0] - narrowed if reading and width >= least else None
-    found: FittedModes | None = None
+    fitted: FittedModes | None = None
     for _ in range(3):
         reach = min(max(REACH_WIDTHS * width, REACH_BINS), MOST_BINS)
         # one blow has a coherence of 1 and no error by which a neighbour could be weighed
@@ -355,27 +355,27 @@ def _damping(
         bins, inside = bins_around(data, usable, maxima, peak, reach, width=weighed)
         if bins.size < LEAST_BINS:
             break
-        found = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
-        wanted = 2.0 * float(found.fit.ratio[0] * found.fit.frequency[0]) / spectra.bin_width
+        fitted = fitted_modes(spectra, data, bins, (peak, *inside), maxima)
+        wanted = 2.0 * float(fitted.fit.ratio[0] * fitted.fit.frequency[0]) / spectra.bin_width
         wanted += added / spectra.bin_width
         if reach > REACH_WIDTHS * min(wanted, MOST_BINS / REACH_WIDTHS) * 0.8:
             break
         width = min(wanted, 4.0 * reach)
     lit = np.inf if spectra.decay_rate is not None else float(data.lit_segments[peak])
-    return _judged(spectra, found, peak, lit, readable)
+    return _judged(spectra, fitted, peak, lit, readable)
 
 
 def _judged(
-    spectra: CrossSpectra, found: FittedModes | None, where: int, lit: float,
+    spectra: CrossSpectra, fitted: FittedModes | None, where: int, lit: float,
     readable: float | None,
 ) -> Damping:  # fmt: skip
     """Return the damping, withheld where it is not resolved."""
     step, peak = spectra.bin_width, float(spectra.frequency[where])
     few = f"fewer than {LEAST_BINS} bins of {numeral(step)} Hz are excited around this peak"
-    unlike = few if found is None else _no_mode(found, peak, step, lit)
-    if found is None or unlike:
+    unlike = few if fitted is None else _no_mode(fitted, peak, step, lit)
+    if fitted is None or unlike:
         return Damping(None, None, None, None, None, None, unlike, readable, step)
-    fit, errors = found.fit, NORMAL * np.sqrt(found.spread)
+    fit, errors = fitted.fit, NORMAL * np.sqrt(fitted.spread)
     frequency, ratio = float(fit.frequency[0]), float(fit.ratio[0])
     spread, half = float(errors[0]), float(errors[fit.frequency.size])
     coarse = _uncertain(ratio, half, step)
@@ -389,23 +389,23 @@ def _judged(
         reason=coarse,
         half_power=readable,
         bin_width=step,
-        height=None if coarse else _height(spectra, found),
+        height=None if coarse else _height(spectra, fitted),
         width=2.0 * ratio * frequency,
     )
 
 
-def _height(spectra: CrossSpectra, found: FittedModes) -> float:
+def _height(spectra: CrossSpectra, fitted: FittedModes) -> float:
     """Return the height of the first mode's peak, all modes together, before smearing."""
-    frequency, ratio = float(found.fit.frequency[0]), float(found.fit.ratio[0])
+    frequency, ratio = float(fitted.fit.frequency[0]), float(fitted.fit.ratio[0])
     near = frequency * (1.0 + ratio * np.linspace(-1.0, 1.0, 101))
-    bins = spectra.frequency[found.shape.bins]
-    values = modelled(found.shape.kind, near, bins, found.fit, spectra.sample_rate)
+    bins = spectra.frequency[fitted.shape.bins]
+    values = modelled(fitted.shape.kind, near, bins, fitted.fit, spectra.sample_rate)
     return float(np.abs(values).max())
 
 
-def _no_mode(found: FittedModes, peak: float, step: float, lit: float) -> str | None:
+def _no_mode(fitted: FittedModes, peak: float, step: float, lit: float) -> str | None:
     """Return why a fit says nothing of a mode at the peak, if it does not."""
-    fit, scale = found.fit, found.scale
+    fit, scale = fitted.fit, fitted.scale
     frequency, ratio = float(fit.frequency[0]), float(fit.ratio[0])
     if not fit.converged or not 1e-5 < ratio < 0.5:
         return "the fit of the modes does not converge"

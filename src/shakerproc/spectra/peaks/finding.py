@@ -116,11 +116,11 @@ def separated(indices: IndexArray, values: FloatArray, distance: float) -> Index
     (m,) array of int
         What is kept, tallest first.
     """
-    left = indices[np.argsort(-values[indices], kind="stable")]
+    remaining = indices[np.argsort(-values[indices], kind="stable")]
     kept = []
-    while left.size:
-        kept.append(left[0])
-        left = left[np.abs(left - left[0]) > distance]
+    while remaining.size:
+        kept.append(remaining[0])
+        remaining = remaining[np.abs(remaining - remaining[0]) > distance]
     return np.array(kept, dtype=np.intp)
 
 
@@ -153,12 +153,12 @@ def resolved(indices: IndexArray, values: FloatArray, errors: FloatArray) -> Ind
     """
     known = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~np.isnan(errors))
     level = np.log(values[known])
-    own = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
-    saddle = saddles(level, own)
-    prominence = level[own] - level[saddle]
+    maxima = np.intersect1d(np.searchsorted(known, indices), local_maxima(level))
+    saddle = saddles(level, maxima)
+    prominence = level[maxima] - level[saddle]
     z = scipy.special.ndtri(1.0 - BY_CHANCE / (2.0 * max(1, known.size)))
     sure = errors[known]
-    return np.asarray(known[own[prominence > z * (sure[own] + sure[saddle])]])
+    return np.asarray(known[maxima[prominence > z * (sure[maxima] + sure[saddle])]])
 
 
 def find_peaks(
@@ -206,12 +206,12 @@ def find_peaks(
     if not band[0] < band[1]:
         raise ValueError(f"the band must rise, not run from {band[0]:g} to {band[1]:g} Hz")
     inside = (frequency >= band[0]) & (frequency <= band[1])
-    found = local_maxima(values)
-    found = found[inside[found] & (values[found] > height)]
+    indices = local_maxima(values)
+    indices = indices[inside[indices] & (values[indices] > height)]
     width = frequency[1] - frequency[0] if frequency.size > 1 else 1.0
     if errors is not None:
-        found = resolved(found, np.where(inside, values, np.nan), errors)
-    tallest = separated(found, values, distance / width)[:count]
+        indices = resolved(indices, np.where(inside, values, np.nan), errors)
+    tallest = separated(indices, values, distance / width)[:count]
     return tuple(_peak(int(k), frequency, values) for k in tallest)
 
 
@@ -237,9 +237,9 @@ def thesis_peaks(values: FloatArray, share: float, height: float = -np.inf) -> I
     .. [1] THESIS, appendix C, "Finding peaks".
     """
     lower_half = values[: int(np.floor(values.size / 2 + 0.5))]
-    found = local_maxima(lower_half)
-    found = found[lower_half[found] > height]
-    return np.sort(separated(found, lower_half, share * lower_half.size))
+    indices = local_maxima(lower_half)
+    indices = indices[lower_half[indices] > height]
+    return np.sort(separated(indices, lower_half, share * lower_half.size))
 
 
 def _peak(k: int, frequency: FloatArray, values: FloatArray) -> Peak:

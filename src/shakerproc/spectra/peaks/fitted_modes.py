@@ -138,10 +138,10 @@ def _bend(
     the error, times the root of the number of bins (Cauchy and Schwarz), in standard errors.
     """
     power = 1 if data.kind == "response" else 2
-    apart = np.abs(others - peak).astype(np.float64)
-    under = np.abs(data.values[others]) * (0.5 * width / apart) ** power
-    missed = 2.0 / np.sqrt(45.0) * power * (power + 1) / 2.0 * (reach / apart) ** 2 * under
-    near = apart + max(reach / 2.0, REACH_BINS / 2.0) <= 2 * MOST_BINS
+    distances = np.abs(others - peak).astype(np.float64)
+    under = np.abs(data.values[others]) * (0.5 * width / distances) ** power
+    missed = 2.0 / np.sqrt(45.0) * power * (power + 1) / 2.0 * (reach / distances) ** 2 * under
+    near = distances + max(reach / 2.0, REACH_BINS / 2.0) <= 2 * MOST_BINS
     return np.asarray(near & (missed * np.sqrt(2.0 * reach) > MOST_BIAS * data.errors[peak]))
 
 
@@ -170,8 +170,8 @@ class FittedModes:
     @property
     def scale(self) -> float:
         """Squared misfit over its expectation by chance [-]."""
-        left = float(np.trace(self.covariance)) - self.followed
-        return self.fit.squares / max(left, 1e-3 * self.fit.residual.size)
+        expected = float(np.trace(self.covariance)) - self.followed
+        return self.fit.squares / max(expected, 1e-3 * self.fit.residual.size)
 
     @property
     def spread(self) -> FloatArray:
@@ -199,13 +199,13 @@ def fitted_modes(
     )
     ratio = first * frequency[0] / frequency
     fit = fit_modes(shape, data.values[bins], data.errors[bins], frequency, ratio)
-    found = _refitted(spectra, data, shape, fit)
-    while found.scale > 1.0 and found.fit.frequency.size < MOST_MODES:
-        more = _with_further_mode(spectra, data, shape, found, maxima)
+    reading = _refitted(spectra, data, shape, fit)
+    while reading.scale > 1.0 and reading.fit.frequency.size < MOST_MODES:
+        more = _with_further_mode(spectra, data, shape, reading, maxima)
         if more is None:
             break
-        found = more
-    return found
+        reading = more
+    return reading
 
 
 def _kernel(spectra: CrossSpectra) -> AbstractCorrelation:
@@ -230,38 +230,38 @@ def _with_further_mode(
     spectra: CrossSpectra,
     data: PeakData,
     shape: SmearedModes,
-    found: FittedModes,
+    fitted: FittedModes,
     maxima: IndexArray,
 ) -> FittedModes | None:
     """Return a reading with one more mode if the information criterion falls, else None."""
-    values = data.values[shape.bins] - found.chance.bias
+    values = data.values[shape.bins] - fitted.chance.bias
     trials = []
-    for place in _candidates(shape.bins, found, maxima):
+    for place in _candidates(shape.bins, fitted, maxima):
         frequency = float(spectra.frequency[place])
         ratio = spectra.bin_width / frequency
         trial = fit_modes(
             shape,
             values,
-            found.errors,
-            np.append(found.fit.frequency, frequency),
-            np.append(found.fit.ratio, ratio),
+            fitted.errors,
+            np.append(fitted.fit.frequency, frequency),
+            np.append(fitted.fit.ratio, ratio),
         )
         if trial.converged:
             trials.append(trial)
     if not trials:
         return None
     best = min(trials, key=lambda trial: trial.squares)
-    more = FittedModes(shape, best, found.chance, found.covariance, found.errors)
-    gained = (found.fit.squares - best.squares) / max(1.0, more.scale)
-    if gained <= 2.0 * (more.followed - found.followed):
+    more = FittedModes(shape, best, fitted.chance, fitted.covariance, fitted.errors)
+    gained = (fitted.fit.squares - best.squares) / max(1.0, more.scale)
+    if gained <= 2.0 * (more.followed - fitted.followed):
         return None
-    settled = _refitted(spectra, data, shape, best)
-    return settled if settled.fit.converged else None
+    refitted = _refitted(spectra, data, shape, best)
+    return refitted if refitted.fit.converged else None
 
 
-def _candidates(bins: IndexArray, found: FittedModes, maxima: IndexArray) -> Iterator[int]:
+def _candidates(bins: IndexArray, fitted: FittedModes, maxima: IndexArray) -> Iterator[int]:
     """Yield where another mode may be: at the largest misfit, at the peaks beside the bins."""
-    missed = np.sum(found.fit.residual.reshape(-1, bins.size) ** 2, axis=0)
+    missed = np.sum(fitted.fit.residual.reshape(-1, bins.size) ** 2, axis=0)
     yield int(bins[int(np.argmax(missed))])
     below, above = maxima[maxima < bins[0]], maxima[maxima > bins[-1]]
     if below.size:

@@ -85,10 +85,10 @@ class SmearedModes:
 
     def _columns(self, direct: ComplexArray, mirrored: ComplexArray) -> FloatArray:
         """Return the columns of a residue and its conjugate, real above imaginary parts."""
-        both, apart = direct + mirrored, 1j * (direct - mirrored)
+        both, difference = direct + mirrored, 1j * (direct - mirrored)
         if self.kind == "density":
-            return np.column_stack([both.real, apart.real])
-        return np.column_stack([stacked(both), stacked(apart)])
+            return np.column_stack([both.real, difference.real])
+        return np.column_stack([stacked(both), stacked(difference)])
 
 
 @final
@@ -166,7 +166,7 @@ def fit_modes(
     begin = np.clip(start, lower + 1e-9, upper - 1e-9)
     try:
         with np.errstate(invalid="raise", divide="raise"):
-            found = scipy.optimize.least_squares(
+            optimum = scipy.optimize.least_squares(
                 problem.residual,
                 begin,
                 problem.jacobian,
@@ -179,7 +179,9 @@ def fit_modes(
             )
     except FloatingPointError:  # no slope at all: a channel that is a multiple of the control
         return problem.solved(begin, converged=False)
-    return problem.solved(found.x, converged=found.status > 0 and not found.active_mask.any())
+    return problem.solved(
+        optimum.x, converged=optimum.status > 0 and not optimum.active_mask.any()
+    )
 
 
 def best_ratio(

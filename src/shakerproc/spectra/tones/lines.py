@@ -117,9 +117,9 @@ def centre_of(spectra: CrossSpectra, density: FloatArray, index: int) -> float:
 def _side_lobes(spectra: CrossSpectra, frequency: float) -> FloatArray:
     """Return the most that a tone may leak into each bin, over its own power."""
     smearing = smearing_of(spectra)
-    apart = np.abs(spectra.frequency - frequency)
+    distances = np.abs(spectra.frequency - frequency)
     width = smearing.segment
-    near = apart + width * np.linspace(-1.0, 1.0, 9)[:, np.newaxis]
+    near = distances + width * np.linspace(-1.0, 1.0, 9)[:, np.newaxis]
     return np.asarray(2.0 * spectra.bin_width * np.max(smearing(near) ** 2, axis=0))
 
 
@@ -316,12 +316,12 @@ def _readings(
     rows = np.concatenate([np.ones((1, stretch)), waves.real, waves.imag])
     solve = np.linalg.inv(rows @ rows.T) @ rows
     n = places.size
-    found = []
+    readings = []
     for k in range(count):
         weights = read(k * stretch, (k + 1) * stretch) @ solve.T
         back = np.exp(-2j * np.pi * places / sample_rate * (k * stretch))
-        found.append((weights[:, 1 : n + 1] - 1j * weights[:, n + 1 :]) * back)
-    return np.array(found)
+        readings.append((weights[:, 1 : n + 1] - 1j * weights[:, n + 1 :]) * back)
+    return np.array(readings)
 
 
 def _offsets(mean: ComplexArray, length: float) -> FloatArray:

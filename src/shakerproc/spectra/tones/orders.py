@@ -76,10 +76,10 @@ def rising_edges(tachometer: FloatArray, sample_rate: float) -> tuple[FloatArray
     middle, margin = 0.5 * (low + high), HYSTERESIS * (high - low)
     state = np.where(tachometer > middle + margin, 1, 0)
     state[tachometer < middle - margin] = -1
-    told = np.flatnonzero(state)  # samples that are clearly above or below
-    rising = np.flatnonzero((state[told[:-1]] < 0) & (state[told[1:]] > 0))
+    known = np.flatnonzero(state)  # samples that are clearly above or below
+    rising = np.flatnonzero((state[known[:-1]] < 0) & (state[known[1:]] > 0))
     below = tachometer <= middle
-    before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[told[rising + 1]]
+    before = np.maximum.accumulate(np.where(below, np.arange(below.size), 0))[known[rising + 1]]
     a, b = tachometer[before], tachometer[before + 1]
     return (before + (middle - a) / (b - a)) / sample_rate, f"between {low:g} and {high:g}"
 
@@ -311,6 +311,6 @@ def order_amplitudes(
     weight = np.sin(np.pi * share)  # its square is the Hann window
     turning = np.exp(2j * np.pi * orders[:, np.newaxis] * angle)
     basis = np.vstack([np.ones_like(angle), turning.real, -turning.imag])
-    found = np.linalg.lstsq((basis * weight).T, (samples * weight).T, rcond=None)[0]
+    amplitudes = np.linalg.lstsq((basis * weight).T, (samples * weight).T, rcond=None)[0]
     n = orders.size
-    return np.asarray(found[1 : n + 1].T + 1j * found[n + 1 :].T)
+    return np.asarray(amplitudes[1 : n + 1].T + 1j * amplitudes[n + 1 :].T)

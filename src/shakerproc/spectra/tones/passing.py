@@ -127,11 +127,11 @@ def _tallest(rate: float, frequency: float, damping_ratio: float) -> tuple[float
     shifts = np.linspace(0.0, late, 400)
     start = int(np.argmax(height(shifts)))
     bounds = shifts[max(start - 1, 0)], shifts[min(start + 1, shifts.size - 1)]
-    found = scipy.optimize.minimize_scalar(
+    optimum = scipy.optimize.minimize_scalar(
         lambda shift: -float(height(shift)), bounds=bounds, method="bounded",
         options={"xatol": 1e-9 * width},
     )  # fmt: skip
-    return float(-found.fun), float(found.x)
+    return float(-optimum.fun), float(optimum.x)
 
 
 def swept_peak(rate: float, frequency: float, damping_ratio: float) -> float:
@@ -215,13 +215,13 @@ def swept_mode(sweep: Sweep, channel: int) -> SweptMode | None:
     passage = _passage(sweep, channel)
     if passage is None:
         return None
-    found = _fitted(passage)
-    left, weights = passage.solved(found.x)
-    misfit = float(np.sqrt(np.mean(np.abs(left) ** 2)) / passage.height)
-    if found.status <= 0 or found.active_mask.any() or misfit > UNLIKE_SHARE:
+    fit = _fitted(passage)
+    residual, weights = passage.solved(fit.x)
+    misfit = float(np.sqrt(np.mean(np.abs(residual) ** 2)) / passage.height)
+    if fit.status <= 0 or fit.active_mask.any() or misfit > UNLIKE_SHARE:
         return None
-    natural, ratio = (float(value) for value in np.exp(found.x))
-    half = _half_width(found, left.size)
+    natural, ratio = (float(value) for value in np.exp(fit.x))
+    half = _half_width(fit, residual.size)
     if half > UNSURE:
         return None
     near = natural * (1.0 + ratio * np.linspace(-2.0, 2.0, 401))
@@ -273,8 +273,8 @@ class _Passage:
 
     def residual(self, point: FloatArray) -> FloatArray:
         """Return fit less gain, (2 n,): real, then imaginary parts."""
-        left = self.solved(point)[0]
-        return np.concatenate([left.real, left.imag])
+        residuals = self.solved(point)[0]
+        return np.concatenate([residuals.real, residuals.imag])
 
     def background(self, frequency: FloatArray) -> FloatArray:
         """Return level and slope of the modes far away, (n, 2) array [-]."""
@@ -323,16 +323,16 @@ def _fitted(passage: _Passage) -> "scipy.optimize.OptimizeResult":
     )
 
 
-def _half_width(found: "scipy.optimize.OptimizeResult", n_points: int) -> float:
+def _half_width(fit: "scipy.optimize.OptimizeResult", n_points: int) -> float:
     """Return the half-width of the 95 % interval of ln zeta [-].
 
     Windows overlap by half: of their errors, two are worth one. The rate changes on the way
     through the peak: an error of first order in its width, which adds zeta.
     """
-    slopes = np.asarray(found.jac, dtype=np.float64)
-    power = 2.0 * float(found.cost) / max(1.0, n_points - 5.0)
+    slopes = np.asarray(fit.jac, dtype=np.float64)
+    power = 2.0 * float(fit.cost) / max(1.0, n_points - 5.0)
     spread = power * float(np.linalg.pinv(slopes.T @ slopes)[1, 1])
-    return NORMAL * float(np.sqrt(2.0 * spread)) + float(np.exp(found.x[1]))
+    return NORMAL * float(np.sqrt(2.0 * spread)) + float(np.exp(fit.x[1]))
 
 
 def _flanks(height: FloatArray, peak: int) -> tuple[int, int]:

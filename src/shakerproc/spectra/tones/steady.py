@@ -111,6 +111,7 @@ def tone_response(
         )
     control = samples[list(controls)].mean(axis=0)
     exact = _exact_frequency(control, frequency / sample_rate)
+    # at half the sample rate itself sine and cosine of the samples depend on each other
     below = int(np.floor(0.5 / exact * (1.0 - 1e-9)))
     number = min(n_harmonics, max(1, below))
     waves = _waves(exact, n_samples, number)
@@ -176,9 +177,9 @@ def stepped_response(
     for first, last in _dwells(ridge.frequency):
         start, stop = int(ridge.position[first]), int(ridge.position[last]) + 1
         frequency = float(np.median(ridge.frequency[first : last + 1]))
-        settled = start + round(FIRST_PART * (stop - start))
+        steady = start + round(FIRST_PART * (stop - start))
         if (stop - start) * frequency >= FEWEST * sample_rate:
-            part = samples[:, settled:stop]
+            part = samples[:, steady:stop]
             tones.append(
                 tone_response(
                     part,
@@ -186,7 +187,7 @@ def stepped_response(
                     controls,
                     frequency=frequency,
                     n_harmonics=n_harmonics,
-                    start=settled,
+                    start=steady,
                 )
             )
     if not tones:

@@ -217,11 +217,11 @@ def _pulled_in(read: SampleReader, track: ToneTrack) -> ToneTrack:
     centres = track.phase[0] + np.pi * PULL_IN
     centres += np.arange(count) * (turns - PULL_IN) / (count - 1) * 2.0 * np.pi
     amplitude, _ = demodulated(read, track, centres, np.full(count, PULL_IN), 1)
-    left = np.unwrap(np.angle(amplitude[0, 0]))
+    phase_error = np.unwrap(np.angle(amplitude[0, 0]))
     position = track.position_of(centres)
-    slope = np.gradient(left, position)
+    slope = np.gradient(phase_error, position)
     inside = np.clip(track.position, position[0], position[-1])
-    phase = track.phase + ToneTrack(position, left, slope).phase_at(inside)
+    phase = track.phase + ToneTrack(position, phase_error, slope).phase_at(inside)
     omega = track.omega + np.interp(track.position, position, slope, left=0.0, right=0.0)
     return ToneTrack(track.position, phase, omega)
 
@@ -505,7 +505,7 @@ def _sweep(
     frequency = omega * sample_rate / (2.0 * np.pi)
     beyond = number[:, np.newaxis] * frequency * (1.0 + 2.0 / periods) > sample_rate / 2.0
     harmonics[:, beyond] = np.nan
-    found = Sweep(
+    sweep = Sweep(
         direction="up" if frequency[-1] > frequency[0] else "down",
         time=position / sample_rate,
         frequency=frequency,
@@ -514,7 +514,7 @@ def _sweep(
         purity=0.5 * np.abs(control) ** 2 / np.maximum(power[-1], 1e-300),
         harmonics=harmonics,
     )
-    return _selected(found, found.control > QUIET * found.control.max())
+    return _selected(sweep, sweep.control > QUIET * sweep.control.max())
 
 
 def _with_mean(read: SampleReader, controls: list[int]) -> SampleReader:

@@ -216,6 +216,6 @@ def _count_highest(known: dict[float, int], row: FloatArray) -> None:
 def _end(known: dict[float, int], n_samples: int) -> float:
     """Return the end of a range, not a number where samples do not pile up there."""
     top = max(known)
-    count, beside = known[top], known[min(known)] if len(known) > 1 else 1
-    piled = count >= max(FEWEST, PILE * beside) and count < RESTING * n_samples
+    count, below = known[top], known[min(known)] if len(known) > 1 else 1
+    piled = count >= max(FEWEST, PILE * below) and count < RESTING * n_samples
     return top if piled and top != 0.0 else float("nan")

@@ -303,14 +303,14 @@ def control_imbalance(
         return None
     matrix = spectra.between(inputs, inputs)[..., inside]
     mean = matrix.mean(axis=(0, 1)).real
-    own = np.einsum("iif->f", matrix).real / len(inputs)
-    if not own.any() or not mean.any():
+    power = np.einsum("iif->f", matrix).real / len(inputs)
+    if not power.any() or not mean.any():
         return None
-    apart = 2.0 * len(inputs) / (len(inputs) - 1.0) * np.maximum(own - mean, 0.0)
-    overall = float(np.sqrt(apart.sum() / mean.sum()))
-    smooth_apart, smooth_mean = _smooth(apart), _smooth(mean)
-    judged = (smooth_mean > 0.0) & (own >= AUDIBLE * np.mean(own))
-    ratio = np.zeros(own.size)
+    scatter = 2.0 * len(inputs) / (len(inputs) - 1.0) * np.maximum(power - mean, 0.0)
+    overall = float(np.sqrt(scatter.sum() / mean.sum()))
+    smooth_apart, smooth_mean = _smooth(scatter), _smooth(mean)
+    judged = (smooth_mean > 0.0) & (power >= AUDIBLE * np.mean(power))
+    ratio = np.zeros(power.size)
     np.divide(smooth_apart, smooth_mean, out=ratio, where=judged)
     where = int(np.argmax(ratio))
     worst = float(np.sqrt(ratio[where]))

@@ -92,9 +92,9 @@ def cross_spectra(
         sums.add(block)
     matrix, density = sums.finish()
     scale = sample_rate * sums.n_segments * float(weights @ weights)
-    for found in (matrix, density):  # in place: of all pairs of many channels it is large
-        np.divide(found, scale, out=found)
-        found[..., 1 : (length + 1) // 2] *= 2.0
+    for accumulated in (matrix, density):  # in place: of all pairs of many channels it is large
+        np.divide(accumulated, scale, out=accumulated)
+        accumulated[..., 1 : (length + 1) // 2] *= 2.0
     return CrossSpectra(
         frequency=np.array(np.fft.rfftfreq(length, 1.0 / sample_rate), dtype=np.float64),
         matrix=matrix,
@@ -333,8 +333,8 @@ class _Sums:
             )
         self._mirror()
         matrix = self.products if np.all(np.diff(place) > 0) else self.products[:, place]
-        own = list(self.inputs)
-        matrix[range(len(own)), own] = powers[own]
+        rows = list(self.inputs)
+        matrix[range(len(rows)), rows] = powers[rows]
         return matrix, powers
 
     def lit_segments(self) -> FloatArray:
@@ -353,7 +353,7 @@ class _Sums:
         means = self.totals / self.n_samples
         shape = np.fft.rfft(self.window, self.n_fft)
         constant = means[:, np.newaxis] * shape
-        own = self.spectra - 0.5 * self.n_segments * constant
-        powers -= 2.0 * (constant.conj() * own).real
+        corrected = self.spectra - 0.5 * self.n_segments * constant
+        powers -= 2.0 * (constant.conj() * corrected).real
         for i in range(len(self.inputs)):
-            self.products[i] -= constant[i].conj() * own + own[i].conj() * constant
+            self.products[i] -= constant[i].conj() * corrected + corrected[i].conj() * constant

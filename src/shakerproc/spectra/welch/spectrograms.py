@@ -117,8 +117,8 @@ def ridge_of(
         centre, line, height = _lines(read, n_samples, length, limits)
         here = np.interp(position, centre, height)
         better = here > amplitude
-        found = np.exp(np.interp(position, centre, np.log(line))) * sample_rate / length
-        frequency = np.where(better, found, frequency)
+        frequencies = np.exp(np.interp(position, centre, np.log(line))) * sample_rate / length
+        frequency = np.where(better, frequencies, frequency)
         amplitude = np.maximum(amplitude, here)
     return Ridge(position, frequency, amplitude)
 

@@ -178,16 +178,16 @@ class AbstractKind(ABC):
 
     @abstractmethod
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         """Return table and panels of the findings of all jobs, in their order."""
 
     @final
     def result(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
+        self, study: Study, jobs: Sequence[StudyJob], findings: Sequence[JobFinding]
     ) -> StudyResult:
         """Return tables and panels of the findings of all jobs, with every check."""
-        drawn = self.drawing(study, jobs, [one.columns for one in found])
+        drawn = self.drawing(study, jobs, [one.columns for one in findings])
         claim = study.claim
         return StudyResult(
             title=study.title,
@@ -195,11 +195,11 @@ class AbstractKind(ABC):
             columns=drawn.columns,
             panels=drawn.panels,
             method=drawn.method,
-            quantities=_table(study, jobs, found),
+            quantities=_table(study, jobs, findings),
             statement="" if claim is None else claim.statement,
-            checks=() if claim is None else checked(study, jobs, found),
+            checks=() if claim is None else checked(study, jobs, findings),
             comment="" if claim is None else claim.comment,
-            notes=_chaos(found, study.measure.ensemble if self.averages else 0),
+            notes=_chaos(findings, study.measure.ensemble if self.averages else 0),
         )
 
     @final
@@ -255,17 +255,17 @@ def groups_of(jobs: Sequence[StudyJob], along: int) -> list[NDArray[np.intp]]:
 
 
 def checked(
-    study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
+    study: Study, jobs: Sequence[StudyJob], findings: Sequence[JobFinding]
 ) -> tuple[Checked, ...]:
     """Return the outcome of every check of a study."""
     checks = () if study.claim is None else study.claim.checks
-    return tuple(_outcome(study, check, jobs, found) for check in checks)
+    return tuple(_outcome(study, check, jobs, findings) for check in checks)
 
 
 def _outcome(
-    study: Study, check: Check, jobs: Sequence[StudyJob], found: Sequence[JobFinding]
+    study: Study, check: Check, jobs: Sequence[StudyJob], findings: Sequence[JobFinding]
 ) -> Checked:
-    values = np.array([one.quantities[check.quantity] for one in found])
+    values = np.array([one.quantities[check.quantity] for one in findings])
     if check.relation == "equals":
         within = 0.0 if check.within is None else check.within
         return equals(check.quantity, values, check.bound, within, relative=check.relative)
@@ -273,46 +273,46 @@ def _outcome(
         return above(check.quantity, values, check.bound)
     if check.relation == "below":
         return below(check.quantity, values, check.bound)
-    slack = _resolution(check, values, found)
+    slack = _resolution(check, values, findings)
     along = next(i for i, v in enumerate(study.vary) if v.name == check.along)
     x = np.array([job.values[along] for job in jobs])
     groups = [(x[rows], values[rows], slack[rows]) for rows in groups_of(jobs, along)]
     return trends(check.quantity, groups, check.relation, check.along)
 
 
-def _resolution(check: Check, values: FloatArray, found: Sequence[JobFinding]) -> FloatArray:
+def _resolution(check: Check, values: FloatArray, findings: Sequence[JobFinding]) -> FloatArray:
     """Return the least difference that counts, for each value."""
     known = values[np.isfinite(values)]
     largest = float(np.max(np.abs(known), initial=0.0))
     if check.within is not None:
         return np.full(values.size, check.within * (largest if check.relative else 1.0))
-    return np.array([one.resolutions.get(check.quantity, EXACT * largest) for one in found])
+    return np.array([one.resolutions.get(check.quantity, EXACT * largest) for one in findings])
 
 
-def _table(study: Study, jobs: Sequence[StudyJob], found: Sequence[JobFinding]) -> Columns:
+def _table(study: Study, jobs: Sequence[StudyJob], findings: Sequence[JobFinding]) -> Columns:
     """Return the quantities of every job beside the values that it had."""
     columns: dict[str, NDArray[np.generic]] = {
         column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
         for i, variation in enumerate(study.vary)
     }
-    names = found[0].quantities if found else ()
-    return columns | {name: np.array([f.quantities[name] for f in found]) for name in names}
+    names = findings[0].quantities if findings else ()
+    return columns | {name: np.array([f.quantities[name] for f in findings]) for name in names}
 
 
-def _chaos(found: Sequence[JobFinding], several: int) -> tuple[str, ...]:
+def _chaos(findings: Sequence[JobFinding], several: int) -> tuple[str, ...]:
     """Return a sentence on the runs that are chaotic, whatever the kind of study."""
-    chaotic = [one.quantities for one in found if one.quantities.get("chaotic", 0.0) > 0.0]
+    chaotic = [one.quantities for one in findings if one.quantities.get("chaotic", 0.0) > 0.0]
     if not chaotic:
         return ()
     largest = max(one["growth"] for one in chaotic)
-    told = (
+    text = (
         f"what is read of them is the mean of {several} neighbouring runs"
         if several >= 2
         else "what is read of them is of a single run, and another run differs"
     )
     return (
-        f"{len(chaotic)} of {len(found)} runs are chaotic: ensemble only (a disturbance of "
-        f"1e-10 grows up to {largest:.1e} times); {told}",
+        f"{len(chaotic)} of {len(findings)} runs are chaotic: ensemble only (a disturbance of "
+        f"1e-10 grows up to {largest:.1e} times); {text}",
     )
 
 

@@ -84,7 +84,7 @@ class ForceLaw(AbstractKind):
         return JobFinding({"displacement_m": z, "force_n": force}, quantities)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines = tuple(
             StudyLine(
@@ -94,17 +94,17 @@ class ForceLaw(AbstractKind):
                 "line",
                 i,
             )
-            for i, (job, one) in enumerate(zip(jobs, found, strict=True))
+            for i, (job, one) in enumerate(zip(jobs, tables, strict=True))
         )
         load = study.option("load", 0.0)
-        ends = found[0]["displacement_m"][[0, -1]].astype(np.float64)
+        ends = tables[0]["displacement_m"][[0, -1]].astype(np.float64)
         levels = tuple(
             StudyLine(ends, np.full(2, side * load), "load" if side > 0.0 else "", "dashed", 6)
             for side in (1.0, -1.0)
             if load > 0.0
         )
         return Drawing(
-            columns=_numbered(found),
+            columns=_numbered(tables),
             panels=(StudyPanel("displacement [m]", "force [N]", lines + levels),),
             method="the force law itself",
         )
@@ -140,7 +140,7 @@ class ResponseKind(AbstractKind):
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
         low, high = self._band(study, run)
-        found = frequency_response(
+        result = frequency_response(
             model,
             run.level,
             from_hz=low,
@@ -149,7 +149,7 @@ class ResponseKind(AbstractKind):
         )
         severity = max(gap_severity(model, run.level).values(), default=np.nan)
         tables = []
-        for number, branch in enumerate(found.branches, start=1):
+        for number, branch in enumerate(result.branches, start=1):
             size = branch.frequency.size
             first = samples_of_branch(branch, 512)[:, 0]
             tables.append({
@@ -167,23 +167,23 @@ class ResponseKind(AbstractKind):
             {
                 "peak_hz": float(columns["frequency_hz"][tallest]),
                 "peak_m": float(steady[tallest]),
-                "folds": float(sum(len(branch.folds) for branch in found.branches)),
-                "difference_from_simulation": difference_from_simulation(found),
+                "folds": float(sum(len(branch.folds) for branch in result.branches)),
+                "difference_from_simulation": difference_from_simulation(result),
             },
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines: list[StudyLine] = []
-        for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
+        for i, (job, one) in enumerate(zip(jobs, tables, strict=True)):
             lines += _response_lines(one, label_of(study, job), i)
-        severities = [float(one["force_over_ka"][0]) for one in found]
+        severities = [float(one["force_over_ka"][0]) for one in tables]
         method = f"harmonic balance, {study.option('harmonics', 31):g} harmonics"
         if np.isfinite(severities).any():
             method += f"; F / (k a) = {', '.join(f'{s:.4g}' for s in severities)}"
         return Drawing(
-            columns=_numbered(found),
+            columns=_numbered(tables),
             panels=(
                 StudyPanel(
                     "frequency [Hz]", "largest displacement [m]", tuple(lines), log_y=True
@@ -219,17 +219,17 @@ class BackboneKind(AbstractKind):
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         if job.model is None:
             raise ValueError("a backbone needs a model")
-        found = backbone(
+        curve = backbone(
             job.model,
             self._amplitudes(study),
             harmonics=int(study.option("harmonics", 31)),
         )
-        rising = found.frequency[np.argsort(found.amplitude, kind="stable")]
+        rising = curve.frequency[np.argsort(curve.amplitude, kind="stable")]
         return JobFinding(
             {
-                "frequency_hz": found.frequency,
-                "amplitude_m": found.amplitude,
-                "damping_ratio": found.damping_ratio,
+                "frequency_hz": curve.frequency,
+                "amplitude_m": curve.amplitude,
+                "damping_ratio": curve.damping_ratio,
             },
             {
                 "first_hz": float(rising[0]),
@@ -240,7 +240,7 @@ class BackboneKind(AbstractKind):
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines = tuple(
             StudyLine(
@@ -250,10 +250,10 @@ class BackboneKind(AbstractKind):
                 "line",
                 i,
             )
-            for i, (job, one) in enumerate(zip(jobs, found, strict=True))
+            for i, (job, one) in enumerate(zip(jobs, tables, strict=True))
         )
         return Drawing(
-            columns=_numbered(found),
+            columns=_numbered(tables),
             panels=(StudyPanel("amplitude [m]", "frequency of free motion [Hz]", lines),),
             method=f"harmonic balance, {study.option('harmonics', 31):g} harmonics",
         )
@@ -325,12 +325,12 @@ def _reached(z: FloatArray, force: FloatArray, load: float) -> float:
     return float(x[0] + (x[1] - x[0]) * (load - y[0]) / (y[1] - y[0]))
 
 
-def _numbered(found: Sequence[Columns]) -> Columns:
+def _numbered(tables: Sequence[Columns]) -> Columns:
     """Return the columns of all jobs one below the other, with the number of the job."""
-    sizes = [next(iter(one.values())).size for one in found]
+    sizes = [next(iter(one.values())).size for one in tables]
     return {
-        "run": np.repeat(np.arange(len(found)), sizes),
-        **{name: np.concatenate([one[name] for one in found]) for name in found[0]},
+        "run": np.repeat(np.arange(len(tables)), sizes),
+        **{name: np.concatenate([one[name] for one in tables]) for name in tables[0]},
     }
 
 

@@ -214,6 +214,6 @@ class Formula(AbstractKind):
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
-        return Drawing(found[0], FORMULAS[study.formula].panels(), "closed form")
+        return Drawing(tables[0], FORMULAS[study.formula].panels(), "closed form")

@@ -51,43 +51,43 @@ class Grid(AbstractKind):
 
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
-        found = peak_of_run(model, run, study.measure)
+        peak = peak_of_run(model, run, study.measure)
         natural = _closed_frequency(model, run)
         forcing = run.frequency if run.excitation == "sine" else np.nan
         severity = max(gap_severity(model, run.level).values(), default=np.nan)
         relative = 1.0 / natural if natural > 0.0 else np.nan
-        order = max(1.0, float(np.round(found.value / forcing))) if forcing > 0.0 else np.nan
+        order = max(1.0, float(np.round(peak.value / forcing))) if forcing > 0.0 else np.nan
         quantities = {
-            "peak_frequency_hz": found.value,
-            "peak_over_natural_frequency": found.value * relative,
-            "spread_hz": found.spread,
-            "peak_over_forcing": found.value / forcing if forcing > 0.0 else np.nan,
-            "from_forcing_multiple_hz": abs(found.value - order * forcing),
+            "peak_frequency_hz": peak.value,
+            "peak_over_natural_frequency": peak.value * relative,
+            "spread_hz": peak.spread,
+            "peak_over_forcing": peak.value / forcing if forcing > 0.0 else np.nan,
+            "from_forcing_multiple_hz": abs(peak.value - order * forcing),
             "force_over_ka": severity,
-            "growth": found.growth,
-            "chaotic": float(found.chaotic),
+            "growth": peak.growth,
+            "chaotic": float(peak.chaotic),
         }
         columns = {
-            "peak_frequency_hz": np.array([found.single]),
+            "peak_frequency_hz": np.array([peak.single]),
             "omega_n_hz": np.array([natural]),
-            "peak_over_natural_frequency": np.array([found.single * relative]),
+            "peak_over_natural_frequency": np.array([peak.single * relative]),
             "force_over_ka": np.array([severity]),
-            "growth": np.array([found.growth]),
-            "chaotic": np.array([found.chaotic]),
-            "mean_hz": np.array([found.mean]),
-            "spread_hz": np.array([found.spread]),
-            "bin_width_hz": np.array([found.bin_width]),
+            "growth": np.array([peak.growth]),
+            "chaotic": np.array([peak.chaotic]),
+            "mean_hz": np.array([peak.mean]),
+            "spread_hz": np.array([peak.spread]),
+            "bin_width_hz": np.array([peak.bin_width]),
         }
         finest = {
-            "peak_frequency_hz": found.resolution,
-            "peak_over_natural_frequency": found.resolution * relative,
-            "from_forcing_multiple_hz": found.resolution,
-            "peak_over_forcing": found.resolution / forcing,
+            "peak_frequency_hz": peak.resolution,
+            "peak_over_natural_frequency": peak.resolution * relative,
+            "from_forcing_multiple_hz": peak.resolution,
+            "peak_over_forcing": peak.resolution / forcing,
         }
         return JobFinding(columns, quantities, finest)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         columns: dict[str, NDArray[np.generic]] = {
             column_of(variation.name, variation.unit): np.array([job.values[i] for job in jobs])
@@ -96,7 +96,7 @@ class Grid(AbstractKind):
         if any(TEMPERATURE in variation.places for variation in study.vary):
             models = [job.model for job in jobs if job.model is not None]
             columns["clearance_m"] = np.array([clearance_of(model) for model in models])
-        columns |= {name: np.concatenate([f[name] for f in found]) for name in found[0]}
+        columns |= {name: np.concatenate([f[name] for f in tables]) for name in tables[0]}
         widths = columns["bin_width_hz"].astype(np.float64)
         method = in_words(study.measure, float(np.max(widths)))
         return Drawing(
@@ -146,8 +146,8 @@ def peak_of_run(model: Model, run: StudyRun, measure: Measure) -> PeakOfRun:
     """Return the peak frequency of a run by the estimator of a measure."""
 
     def read(motion: SimulatedMotion) -> dict[str, float]:
-        found = spectrum(motion.of(measure.of), motion.sample_rate, measure)
-        return {"peak": peak_frequency(found, measure), "bin_width": found.bin_width}
+        lines = spectrum(motion.of(measure.of), motion.sample_rate, measure)
+        return {"peak": peak_frequency(lines, measure), "bin_width": lines.bin_width}
 
     motion, values, errors = read_run(model, run, measure.ensemble, read)
     single, error = read(motion), errors.get("peak", np.nan)
@@ -164,14 +164,14 @@ def peak_of_run(model: Model, run: StudyRun, measure: Measure) -> PeakOfRun:
 
 def _closed_frequency(model: Model, run: StudyRun) -> float:
     """Return the lowest natural frequency with every gap closed [Hz]; 0 without stiffness."""
-    found = natural_frequencies(system_of_model(model, run.level))
-    return float(found[0])
+    frequencies = natural_frequencies(system_of_model(model, run.level))
+    return float(frequencies[0])
 
 
 def _severity(columns: Columns) -> str:
     """Return the range of F / (k a), for people; empty without free play."""
-    found = columns["force_over_ka"].astype(np.float64)
-    known = found[np.isfinite(found)]
+    severities = columns["force_over_ka"].astype(np.float64)
+    known = severities[np.isfinite(severities)]
     if not known.size:
         return ""
     return f"; F / (k a) from {np.min(known):.4g} to {np.max(known):.4g}"

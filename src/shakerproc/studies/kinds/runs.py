@@ -101,10 +101,10 @@ class MotionKind(AbstractKind):
         return JobFinding(columns, values, errors)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         history, plane = [], []
-        for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
+        for i, (job, one) in enumerate(zip(jobs, tables, strict=True)):
             step = max(1, one["time_s"].size // MOST_SHOWN)
             time, x, v = (
                 one[name][::step].astype(np.float64)
@@ -112,11 +112,11 @@ class MotionKind(AbstractKind):
             )
             history.append(StudyLine(time, x, label_of(study, job), "line", i))
             plane.append(StudyLine(x, v, "", "line", i))
-        growth = float(np.max([one["growth"][0] for one in found]))
+        growth = float(np.max([one["growth"][0] for one in tables]))
         return Drawing(
             {
-                "run": np.repeat(np.arange(len(found)), [f["time_s"].size for f in found]),
-                **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+                "run": np.repeat(np.arange(len(tables)), [f["time_s"].size for f in tables]),
+                **{name: np.concatenate([f[name] for f in tables]) for name in tables[0]},
             },
             (
                 StudyPanel("time [s]", "displacement [m]", tuple(history)),
@@ -167,18 +167,18 @@ class Bifurcation(AbstractKind):
         )
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         variation = study.vary[-1]
-        counts = [one["displacement_m"].size for one in found]
+        counts = [one["displacement_m"].size for one in tables]
         x = np.repeat([job.values[-1] for job in jobs], counts)
-        y = np.concatenate([one["displacement_m"] for one in found]).astype(np.float64)
+        y = np.concatenate([one["displacement_m"] for one in tables]).astype(np.float64)
         unit = "" if variation.unit == "1" else f" [{variation.unit}]"
         return Drawing(
             columns={
                 column_of(variation.name, variation.unit): x,
                 "displacement_m": y,
-                "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in found]),
+                "velocity_m_per_s": np.concatenate([one["velocity_m_per_s"] for one in tables]),
             },
             panels=(
                 StudyPanel(
@@ -227,16 +227,16 @@ class Poincare(AbstractKind):
         return JobFinding(columns, _period_sentence(x, v, growth))
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         panels = []
-        for job, one in zip(jobs, found, strict=True):
+        for job, one in zip(jobs, tables, strict=True):
             for phase in np.unique(one["phase_deg"].astype(np.float64)):
                 panels.append(_map(study, job, one, float(phase)))
         return Drawing(
             columns={
-                "run": np.repeat(np.arange(len(found)), [f["phase_deg"].size for f in found]),
-                **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+                "run": np.repeat(np.arange(len(tables)), [f["phase_deg"].size for f in tables]),
+                **{name: np.concatenate([f[name] for f in tables]) for name in tables[0]},
             },
             panels=tuple(panels),
             method=(
@@ -324,23 +324,23 @@ class Spectra(AbstractKind):
             }
 
         motion, values, errors = read_run(model, run, study.measure.ensemble, read)
-        found = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
-        shown = found.frequency <= (study.measure.to_hz or np.inf)
+        lines = spectrum(motion.of(study.measure.of), motion.sample_rate, study.measure)
+        shown = lines.frequency <= (study.measure.to_hz or np.inf)
         columns = {
-            "frequency_hz": found.frequency[shown],
-            "density": found.density[shown],
-            "bin_width_hz": np.full(int(shown.sum()), found.bin_width),
+            "frequency_hz": lines.frequency[shown],
+            "density": lines.density[shown],
+            "bin_width_hz": np.full(int(shown.sum()), lines.bin_width),
         }
-        finest = {"peak_frequency_hz": found.bin_width, "half_energy_bins": 1.0}
+        finest = {"peak_frequency_hz": lines.bin_width, "half_energy_bins": 1.0}
         if forcing > 0.0:
-            finest["peak_over_forcing"] = found.bin_width / forcing
+            finest["peak_over_forcing"] = lines.bin_width / forcing
         return JobFinding(columns, values, {**finest, **errors})
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
         lines = []
-        for i, (job, one) in enumerate(zip(jobs, found, strict=True)):
+        for i, (job, one) in enumerate(zip(jobs, tables, strict=True)):
             width = float(one["bin_width_hz"][0])
             density = Spectrum(
                 one["frequency_hz"].astype(np.float64), one["density"].astype(np.float64), width
@@ -351,10 +351,10 @@ class Spectra(AbstractKind):
             lines.append(
                 StudyLine(density.frequency[1:], density.density[1:], named, "line", i)
             )
-        width = float(np.max(found[0]["bin_width_hz"].astype(np.float64)))
+        width = float(np.max(tables[0]["bin_width_hz"].astype(np.float64)))
         columns = {
-            "run": np.repeat(np.arange(len(found)), [f["density"].size for f in found]),
-            **{name: np.concatenate([f[name] for f in found]) for name in found[0]},
+            "run": np.repeat(np.arange(len(tables)), [f["density"].size for f in tables]),
+            **{name: np.concatenate([f[name] for f in tables]) for name in tables[0]},
         }
         panel = StudyPanel(
             "frequency [Hz]", f"PSD [{UNITS[study.measure.of]}]", tuple(lines), log_y=True
@@ -392,32 +392,32 @@ class SpectrogramKind(AbstractKind):
 
     def compute(self, study: Study, job: StudyJob) -> JobFinding:
         model, run = job.require()
-        told = {"growth": float("nan"), "chaotic": 0.0}
+        quantities = {"growth": float("nan"), "chaotic": 0.0}
         if study.option("of excitation", 0.0):
             samples = excitation_of(run)
         else:
             motion = simulated(model, run)
             samples = motion.of(study.measure.of)
-            told = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
-        found = spectrogram(
+            quantities = {"growth": motion.growth, "chaotic": float(motion.chaotic)}
+        surface = spectrogram(
             samples[None], run.sample_rate, segment=int(study.option("segment", 256))
         )
-        shown = found.frequency <= study.option("to", np.inf)
-        density = found.density[0][shown]
+        shown = surface.frequency <= study.option("to", np.inf)
+        density = surface.density[0][shown]
         columns = {
-            "time_s": np.tile(found.time, int(shown.sum())),
-            "frequency_hz": np.repeat(found.frequency[shown], found.time.size),
+            "time_s": np.tile(surface.time, int(shown.sum())),
+            "frequency_hz": np.repeat(surface.frequency[shown], surface.time.size),
             "density": density.ravel(),
         }
-        tallest = found.frequency[shown][np.argmax(density, axis=0)]
-        ridge = _ridge(found.time, tallest, samples.size / run.sample_rate)
-        finest = dict.fromkeys(ridge, float(found.frequency[1] - found.frequency[0]))
-        return JobFinding(columns, {**ridge, **told}, finest)
+        tallest = surface.frequency[shown][np.argmax(density, axis=0)]
+        ridge = _ridge(surface.time, tallest, samples.size / run.sample_rate)
+        finest = dict.fromkeys(ridge, float(surface.frequency[1] - surface.frequency[0]))
+        return JobFinding(columns, {**ridge, **quantities}, finest)
 
     def drawing(
-        self, study: Study, jobs: Sequence[StudyJob], found: Sequence[Columns]
+        self, study: Study, jobs: Sequence[StudyJob], tables: Sequence[Columns]
     ) -> Drawing:
-        columns = found[0]
+        columns = tables[0]
         time = np.unique(columns["time_s"].astype(np.float64))
         frequency = np.unique(columns["frequency_hz"].astype(np.float64))
         density = columns["density"].astype(np.float64).reshape(frequency.size, time.size)

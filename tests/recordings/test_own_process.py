@@ -8,8 +8,8 @@ from tests.recordings.shared_data import FOLDER
 
 from shakerproc.data import Channel, recording_of_arrays
 from shakerproc.errors import RecordingError
-from shakerproc.recordings import apart, open_recording, write_parquet
-from shakerproc.recordings.apart import opened_apart, result_apart
+from shakerproc.recordings import open_recording, own_process, write_parquet
+from shakerproc.recordings.own_process import opened_apart, result_apart
 
 ABORTS = FOLDER.parent / "cases" / "33-parquet-abort" / "x.parquet"
 
@@ -46,7 +46,7 @@ def folder(tmp_path_factory):
 
     Those that other tests have left do not know it.
     """
-    apart._idle.cache_clear()
+    own_process._idle.cache_clear()
     return tmp_path_factory.mktemp("readers")
 
 
@@ -70,9 +70,9 @@ def without_fork(folder, monkeypatch):
     hides = folder / "sitecustomize.py"
     hides.write_text("import os\nif hasattr(os, 'fork'):\n    del os.fork\n")
     monkeypatch.delattr(os, "fork", raising=False)
-    apart._idle.cache_clear()
+    own_process._idle.cache_clear()
     yield
-    apart._idle.cache_clear()
+    own_process._idle.cache_clear()
     hides.unlink()
 
 
@@ -134,7 +134,7 @@ def test_what_the_reader_raises_is_one_line(opened):
 
 def test_a_slice_that_never_comes_is_given_up(opened, monkeypatch):
     raw = opened("__import__('time').sleep(60)")
-    monkeypatch.setattr(apart, "LONGEST_S", 0.3)
+    monkeypatch.setattr(own_process, "LONGEST_S", 0.3)
     with pytest.raises(RecordingError, match=r"gives up \(no answer for 0\.3 s\)"):
         raw.source.read([0], 40, 60)
 

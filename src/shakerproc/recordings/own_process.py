@@ -46,16 +46,16 @@ _CLOSED: Final = 64
 def taken(source: FileIO, size: int) -> bytearray:
     """Return so many bytes of a pipe; none where it ended before."""
     try:
-        found = bytearray(size)
+        data = bytearray(size)
     except (MemoryError, OverflowError):  # the length is none: whoever wrote it is damaged
         return bytearray()
-    rest = memoryview(found)
+    rest = memoryview(data)
     while rest:
         count = source.readinto(rest)
         if not count:
             return bytearray()
         rest = rest[count:]
-    return found
+    return data
 
 
 def message(source: FileIO) -> bytearray:
@@ -148,7 +148,7 @@ def _slice(kept: list[Any], request: Buffer) -> tuple[Buffer, ...]:
 LONGEST_S: Final = 60.0
 """An answer that takes longer is given up [s]; the first of a process takes a third."""
 
-_SERVE: Final = "from shakerproc.recordings.apart import serve; serve()"
+_SERVE: Final = "from shakerproc.recordings.own_process import serve; serve()"
 
 _ALONE: Final = dict.fromkeys(("OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
 """No threads: a fork has none of them."""
@@ -297,8 +297,8 @@ class _FileApart:
                     return np.frombuffer(process.ask()).reshape(answer)
             except (EOFError, ValueError, TypeError, pickle.UnpicklingError) as error:
                 self._process = None
-                told = process.how_it_died() or "it has ended"
-                raise RecordingError(_gives_up(self._run, told)) from error
+                text = process.how_it_died() or "it has ended"
+                raise RecordingError(_gives_up(self._run, text)) from error
         if isinstance(answer, str):
             raise RecordingError(answer)
         return answer
