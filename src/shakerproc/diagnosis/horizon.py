@@ -74,11 +74,12 @@ def compared(
         model without any effect there; and those that may explain the tests.
     """
     best = min((linear, *singles), key=lambda one: one.level)
-    forms = _not_reached(usable_forms(campaign.data), best)
+    forms = usable_forms(campaign.data)
+    first = _reached(forms, best)
     standing, scores = [linear, *singles], list[Score]()
-    chosen, least, past = 0, np.inf, list[_Reached]()
+    chosen, least, past = first, np.inf, list[_Reached]()
     near, whole = False, None
-    for i, form in enumerate(forms):
+    for i, form in list(enumerate(forms))[first:]:
         standing = worth_a_fit(scores, campaign.known) if scores else standing
         if not near and is_mostly_noise(campaign, best):
             near, whole = True, _at_once(campaign, best, standing, forms[-1])
@@ -89,7 +90,7 @@ def compared(
         if here is None:
             rounds = BEST_ROUNDS if best.follows_most else ROUNDS
             sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
-            if i and (there is None or not _is_predicted(sampled, there, forms[i])):
+            if i > first and (there is None or not _is_predicted(sampled, there, forms[i])):
                 break
             scores = scores_beside(sampled, best, there, standing, forms[i])
             if not scores:
@@ -111,8 +112,8 @@ def compared(
     return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
 
 
-def _not_reached(forms: Sequence[Form], best: Fit) -> list[Form]:
-    """Return the horizons from the last on that the best one was held for in the race.
+def _reached(forms: Sequence[Form], best: Fit) -> int:
+    """Return the longest horizon that the best one was held for in the race, by its index.
 
     A run that was held so little has predicted as far ahead already.
     """
@@ -121,7 +122,7 @@ def _not_reached(forms: Sequence[Form], best: Fit) -> list[Form]:
         i for i, form in enumerate(forms)
         if rate and form.horizon is not None and form.horizon <= FORGOTTEN / rate
     ]  # fmt: skip
-    return list(forms[max(reached, default=0) :])
+    return max(reached, default=0)
 
 
 @final
