@@ -117,12 +117,9 @@ def _reached(forms: Sequence[Form], best: Fit) -> int:
 
     A run that was held so little has predicted as far ahead already.
     """
-    rate = best.windows.rate
-    reached = [
-        i for i, form in enumerate(forms)
-        if rate and form.horizon is not None and form.horizon <= FORGOTTEN / rate
-    ]  # fmt: skip
-    return max(reached, default=0)
+    ahead_s = FORGOTTEN / best.windows.rate if best.windows.rate else 0.0
+    lengths_s = [form.horizon or np.inf for form in forms]
+    return max((i for i, length in enumerate(lengths_s) if length <= ahead_s), default=0)
 
 
 @final
