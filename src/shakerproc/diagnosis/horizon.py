@@ -19,7 +19,6 @@ from shakerproc.diagnosis.estimation.form import (
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.sampling import as_recorded
 from shakerproc.diagnosis.found import is_within
-from shakerproc.diagnosis.nudged.ladder import FORGOTTEN
 from shakerproc.diagnosis.selection.errors import (
     LONGER,
     PARTED,
@@ -73,13 +72,12 @@ def compared(
         horizon tells that best. The horizons, the last of which hypotheses are compared in; the
         model without any effect there; and those that may explain the tests.
     """
-    best = min((linear, *singles), key=lambda one: one.level)
     forms = usable_forms(campaign.data)
-    first = _reached(forms, best)
+    best = min((linear, *singles), key=lambda one: one.level)
     standing, scores = [linear, *singles], list[Score]()
-    chosen, least, past = first, np.inf, list[_Reached]()
+    chosen, least, past = 0, np.inf, list[_Reached]()
     near, whole = False, None
-    for i, form in list(enumerate(forms))[first:]:
+    for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
         if not near and is_mostly_noise(campaign, best):
             near, whole = True, _at_once(campaign, best, standing, forms[-1])
@@ -90,7 +88,7 @@ def compared(
         if here is None:
             rounds = BEST_ROUNDS if best.follows_most else ROUNDS
             sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
-            if i > first and (there is None or not _is_predicted(sampled, there, forms[i])):
+            if i and (there is None or not _is_predicted(sampled, there, forms[i])):
                 break
             scores = scores_beside(sampled, best, there, standing, forms[i])
             if not scores:
@@ -110,16 +108,6 @@ def compared(
         silent = scores_beside(campaign, past[-1].best, None, effects, forms[chosen])
         scores = [*scores, *silent]
     return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
-
-
-def _reached(forms: Sequence[Form], best: Fit) -> int:
-    """Return the longest horizon that the best one was held for in the race, by its index.
-
-    A run that was held so little has predicted as far ahead already.
-    """
-    ahead_s = FORGOTTEN / best.windows.rate if best.windows.rate else 0.0
-    lengths_s = [form.horizon or np.inf for form in forms]
-    return max((i for i, length in enumerate(lengths_s) if length <= ahead_s), default=0)
 
 
 @final
