@@ -14,9 +14,8 @@ SETTLED: Final = 0.1
 """Fall of the cost (twice a log likelihood) below which the search has arrived: a coordinate
 then moves by less than a third of its standard error [-]."""
 
-TRIALS: Final = 4
-"""Steps that are tried from one point, the second damped ten times more, the third a hundred
-times more than that, and so on [-]."""
+TRIALS: Final = 6
+"""Steps that are tried from one point, each damped ten times more [-]."""
 
 CHORDS: Final = 6
 """Steps along the same slopes at most, where these take long [-]."""
@@ -54,7 +53,7 @@ def better(
     equations: NormalEquations, cost: float, damping: float
 ) -> tuple[Point, State, float] | None:
     """Return where a step gains, its state, and the next damping [-]; None if none does."""
-    for trial in range(TRIALS):
+    for _ in range(TRIALS):
         there, fall = equations.taken(damping)
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
@@ -63,5 +62,5 @@ def better(
             return there, tried, max(damping / 10.0, LEAST_DAMPING)
         if fall < SETTLED:
             break
-        damping *= 10.0 ** (trial + 1)
+        damping *= 10.0
     return None
