@@ -44,7 +44,7 @@ class BandErrors:
 
 
 def band_errors(
-    predictions: Sequence[Prediction], pairs: Sequence[Pair], noise: Sequence[FloatArray]
+    predictions: Sequence[Prediction], pairs: Sequence[Pair], densities: Sequence[FloatArray]
 ) -> BandErrors:
     """Return the residual of the model in each third-octave band.
 
@@ -52,19 +52,19 @@ def band_errors(
     ----------
     predictions, pairs : sequence of Prediction, sequence of Pair
         Of each test.
-    noise : sequence of (n_sensors, n_frequencies) array
-        Noise at the bins of each pair [unit^2/Hz].
+    densities : sequence of (n_sensors, n_frequencies) array
+        Of the noise at the bins of each pair [unit^2/Hz].
     """
     low = min(prediction.measured.band[0] for prediction in predictions)
     high = max(prediction.measured.band[1] for prediction in predictions)
     n_bands = max(1, int(np.ceil(np.log2(high / low) * PER_OCTAVE)))
     edges = low * 2.0 ** (np.arange(n_bands + 1) / PER_OCTAVE)
-    left, whole, known_noise = (
+    left, whole, noise = (
         np.array([_in_bands(edges, pair, of) for pair, of in zip(pairs, rows, strict=True)])
         for rows in (
             [pair.residual for pair in pairs],
             [pair.psd for pair in pairs],
-            noise,
+            densities,
         )
     )
     known = whole > 0.0
@@ -73,7 +73,7 @@ def band_errors(
     return BandErrors(
         edges=edges,
         error=np.where(known, np.sqrt(left / base), np.nan),
-        floor=np.where(known, np.sqrt(known_noise / base), np.nan),
+        floor=np.where(known, np.sqrt(noise / base), np.nan),
         share=left / np.where(total > 0.0, total, 1.0),
         driven=np.array([_driven(edges, p.measured.excited) for p in predictions]),
     )

@@ -17,7 +17,7 @@ from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.linear_response import poles_of
 from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.joints import Known
-from shakerproc.diagnosis.nudged.race import raced
+from shakerproc.diagnosis.nudged.race import Raced, raced
 from shakerproc.diagnosis.outcome import Outcome
 from shakerproc.diagnosis.selection.errors import takes_most
 from shakerproc.diagnosis.selection.scores import (
@@ -126,19 +126,20 @@ def _attached_beside(outcome: Outcome, best: Score) -> Mode | None:
         campaign.data, on.hypothesis, on.x, known, lambda _: None, channels=on.channels,
         n_rates=N_RATES,
     )  # fmt: skip
-    bare = as_fitted(modes.base.data, modes.base)
-    for found in modes.fits[:1]:
-        held = as_fitted(found.data, found)
-        if bare is None or held is None or gain(held, bare).t <= SURE:
-            return None
-        there = carried(campaign.data, found, [form])
-        if (
-            there is not None
-            and _is_mode(campaign, there)
-            and _tells(campaign, best, there, form)
-        ):
-            return _as_mode(there)
-    return None
+    if not _gains_while_held(modes):
+        return None
+    there = carried(campaign.data, modes.fits[0], [form])
+    is_one = (
+        there is not None and _is_mode(campaign, there) and _tells(campaign, best, there, form)
+    )
+    return _as_mode(there) if there is not None and is_one else None
+
+
+def _gains_while_held(modes: Raced) -> bool:
+    """Return whether the best mode of a race leaves surely less than the model without it."""
+    held = [as_fitted(one.data, one) for one in (*modes.fits[:1], modes.base)]
+    scores = [score for score in held if score is not None]
+    return len(scores) == 2 and gain(*scores).t > SURE
 
 
 def _lowest(campaign: Campaign) -> float:

@@ -152,8 +152,8 @@ FREE_STEPS: Final = 2000
 the input: a law that takes more is too fast for any sample to tell."""
 
 MOST_IDLE: Final = 15
-"""Samples at most that series carry before propagators are tried again: as many as they failed
-one after the other, twice over each time [-]."""
+"""Samples that series carry before propagators are tried again: 1, 3, 7 and at most so many
+after failures in a row [-]."""
 
 DONE: Final = 0
 STUCK: Final = 1
