@@ -222,7 +222,13 @@ def _motion(model: Model, test: Measured, start: FloatArray, n: int) -> FloatArr
     }
     try:
         found = simulate(
-            model, np.zeros(n), test.sample_rate, start=begin, growth=False, tolerance=TOLERANCE
+            model,
+            np.zeros(n),
+            test.sample_rate,
+            start=begin,
+            growth=False,
+            tolerance=TOLERANCE,
+            solver="quick",
         )
     except SimulationError as error:
         raise SimulationError(f"{test.run}: {error}") from error

@@ -182,7 +182,7 @@ def _usual(model: Model, given: Input) -> FloatArray:
     0 where it runs away.
     """
     try:
-        found = simulate(model, given, growth=False, tolerance=TOLERANCE)
+        found = simulate(model, given, growth=False, tolerance=TOLERANCE, solver="quick")
     except SimulationError:
         return np.zeros(len(motions_of(model)))
     return np.asarray(np.sqrt(np.mean(found.motion**2, axis=1)))

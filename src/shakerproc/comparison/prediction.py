@@ -123,7 +123,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
     try:
         simulation = simulate(
             model, given, start=_start(model, own), growth=not _is_stable(model),
-            tolerance=TOLERANCE,
+            tolerance=TOLERANCE, solver="quick",
         )  # fmt: skip
     except SimulationError as error:
         raise SimulationError(f"{measured.run}: {error}") from error

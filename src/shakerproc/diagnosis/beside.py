@@ -110,7 +110,7 @@ def with_pairs_ahead(
     firsts = _unlike([*had[:NAMED], *singles])[:FIRSTS]
     pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)]
     pairs.sort(key=lambda pair: pair.level)
-    pairs += [one for pair in pairs[:1] for one in simpler_laws(campaign.data, pair, known)]
+    pairs += [one for pair in pairs[:FEW] for one in simpler_laws(campaign.data, pair, known)]
     every = _lasting(campaign, [*had, *singles, *pairs], [found.form, *forms[:-1]])
     scores = best_of_each(scored_at(campaign, every, form))
     bared = scored_at(campaign, [linear], form)

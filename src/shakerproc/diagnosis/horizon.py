@@ -86,10 +86,10 @@ def compared(
         here = _silent(campaign, standing, form) if i < len(forms) - 1 else None
         scores = []
         if here is None:
-            rounds = BEST_ROUNDS if best.follows_most else ROUNDS
-            sampled, forms[i], there = _arrived(campaign, best, form, rounds=rounds)
-            if i and (there is None or not _is_predicted(sampled, there, forms[i])):
+            led = _led_there(campaign, best, standing, form, any_will_do=i == 0)
+            if led is None:
                 break
+            sampled, forms[i], best, there = led
             scores = scores_beside(sampled, best, there, standing, forms[i])
             if not scores:
                 continue
@@ -165,6 +165,23 @@ def _at_once(
         if fitted is not None and is_mostly_noise(there, fitted):
             scores = scores_beside(there, one, fitted, standing, longest)
             return _Reached(there, longest, scores) if scores else None
+    return None
+
+
+def _led_there(
+    campaign: Campaign, best: Fit, standing: Sequence[Fit], form: Form, *, any_will_do: bool
+) -> tuple[Campaign, Form, Fit, Fit | None] | None:
+    """Return the best that noise lets predict as far as a horizon, before and after.
+
+    With the tests and the horizon as it tells them. A law of many numbers that leaves least of
+    short windows may run away in longer ones: then the next one leads that left no more than
+    it, for sure. None where none does; with `any_will_do` the best leads in any case.
+    """
+    for one in _as_good(campaign, best, standing):
+        rounds = BEST_ROUNDS if one.follows_most else ROUNDS
+        sampled, longer, there = _arrived(campaign, one, form, rounds=rounds)
+        if any_will_do or (there is not None and _is_predicted(sampled, there, longer)):
+            return sampled, longer, one, there
     return None
 
 

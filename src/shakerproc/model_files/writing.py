@@ -201,7 +201,7 @@ def within(value: float, unit: str, low: float | None, high: float | None) -> fl
     value : float
         A fitted number [SI].
     unit : str
-        Its unit, in which, or in a smaller one, it is written.
+        Its unit, in which, or in a smaller one, it is written (see `number`).
     low, high : float, optional
         Its interval [SI]; without one, six digits are kept.
 
@@ -212,8 +212,10 @@ def within(value: float, unit: str, low: float | None, high: float | None) -> fl
     """
     ends = [abs(value - end) for end in (low, high) if end is not None and math.isfinite(end)]
     room = 1e-3 * min(ends, default=0.0) or 1e-6 * abs(value)
+    in_units = [(one, from_si(value, unit, one)) for one in _SHOWN.get(unit, ())]
+    shown, there = next((one for one in in_units if abs(one[1]) >= 1.0), (unit, value))
     for digits in range(2, 17):
-        text = f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
+        text = f"{there:.{digits}g}" if unit == "1" else f"{there:.{digits}g} {shown}"
         si_value = to_si(text, unit)
         if abs(si_value - value) <= room:
             return si_value

@@ -55,10 +55,10 @@ class SimulatedResponse:
         How it was computed.
     switchings : int
         Changes of branch: contacts made or lost, joints that stuck or slid.
-    error : float
+    error : float, optional
         Estimated error of displacement, as a share of the largest; truncation of the series,
         rounding and the interpolation of a sampled input, times the growth where that is
-        known [-].
+        known; None of a quick run [-].
     growth : float, optional
         What a disturbance of 1e-10, of the start and of the input all along, made of the
         motion, as a multiple of 1e-10 of the largest; None where it was not asked for [-].
@@ -83,7 +83,7 @@ class SimulatedResponse:
     states: FloatArray
     solver: str
     switchings: int
-    error: float
+    error: float | None
     growth: float | None
     notes: tuple[str, ...] = ()
     interpolation: InterpolationError | None = None
@@ -229,7 +229,7 @@ _ROUNDING = 1e-13  # what rounding leaves of a trajectory, as a share of it
 _FINER = 0.1  # tolerance of the run that tells the error of another, over that one's
 _ALLOWED = 1.5  # a run whose error fell to a third only, not to a tenth, is that far from exact
 
-Solver: TypeAlias = Literal["automatic", "exact", "taylor", "dop853"]
+Solver: TypeAlias = Literal["automatic", "exact", "taylor", "dop853", "quick"]
 
 
 def by_series(system: System, solver: Solver) -> bool:
@@ -311,12 +311,13 @@ class Case:
     first: FloatArray
     tolerance: float
     by_series: bool
+    is_quick: bool
 
     @property
     def solver(self) -> str:
         """Name of the solver."""
         if not self.by_series:
-            return "DOP853"
+            return "Taylor series and DOP853" if self.is_quick else "DOP853"
         return "exact propagators" if self.store.parts.size else "Taylor series"
 
 
@@ -325,7 +326,7 @@ def simulated_case(case: Case, *, growth: bool) -> SimulatedResponse:
     motion, relative, stats = _run(case)
     n = len(case.system.names)
     grown = _growth(case, motion) if growth else None
-    truncated = _truncation(case, motion, stats)
+    truncated = None if case.is_quick else _truncation(case, motion, stats)
     given = case.given
     samples = given.samples if given.imposed is None else given.imposed[0]
     absolute = case.system.displacements(relative[:, :n])
@@ -343,7 +344,7 @@ def simulated_case(case: Case, *, growth: bool) -> SimulatedResponse:
         states=motion[:, 2 * n :].T,
         solver=case.solver,
         switchings=int(stats[1]),
-        error=truncated + error * max(1.0, grown or 1.0),
+        error=None if truncated is None else truncated + error * max(1.0, grown or 1.0),
         growth=grown,
         notes=_notes(grown, stats) + _remarks(case, motion),
         interpolation=given.interpolation,
@@ -376,11 +377,12 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
         anchor=np.zeros_like(machine.anchor),
         stack=np.zeros_like(machine.stack),
     )
-    if case.by_series:
+    if case.by_series or case.is_quick:
         degree = given.pieces.shape[1] - 1
         whole = np.array([[0, n_samples]])
+        tableau = NO_TABLEAU if case.system.analytic else dop853_tableau()
         walk_windows(
-            fresh, case.store, case.by_series, NO_TABLEAU, given.pieces, given.part,
+            fresh, case.store, case.system.analytic, tableau, given.pieces, given.part,
             given.stride, given.span, whole, first[None, :], least, case.tolerance, series,
             room_for_steps(machine, first.size, degree), room_to_carry(first.size, 0, degree),
             work, np.zeros(4, np.int64), np.zeros(1, np.bool_), motion, relative, stats,
@@ -546,9 +548,10 @@ def simulate(
     growth : bool
         Whether to run once more with a disturbance of 1e-10 of start and input, to tell how
         it grows.
-    solver : {"automatic", "exact", "taylor", "dop853"}
+    solver : {"automatic", "exact", "taylor", "dop853", "quick"}
         ``exact`` and ``taylor`` insist on propagators or on series, ``dop853`` on the
         Runge-Kutta method that serves powers that are not whole (tolerance 1e-13 at least).
+        ``quick`` takes that method near 0 alone, and does not run again to tell the error.
 
     Raises
     ------
@@ -572,7 +575,7 @@ def simulate(
         )  # fmt: skip
     store = _store(system.machine, given, solver)
     first = first_motion(model, system, given, start)
-    case = Case(model, system, store, given, first, tolerance, series)
+    case = Case(model, system, store, given, first, tolerance, series, solver == "quick")
     return simulated_case(case, growth=growth)
 
 
