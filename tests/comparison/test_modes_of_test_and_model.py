@@ -108,7 +108,7 @@ tests:
     completed("simulate", "truth.yaml", "log.yaml", "--sample-rate-hz", "1000", "--no-growth")
     said = completed("compare", "model.yaml", "log.yaml", "--no-figures")
     model = natural_modes(chain(), ["a", "b", "c"])
-    rows = list(csv.DictReader(Path("model_compare/modes.csv").open()))
+    rows = list(csv.DictReader(Path("model_compare/modes.csv").read_text().splitlines()))
     assert len(rows) == 3
     assert "Modes of test 1 and of the linear part of the model" in said.stdout
     for row, frequency in zip(rows, model.frequency, strict=True):
