@@ -59,10 +59,14 @@ def from_json(words: dict[str, Any]) -> Trial:
 def diagnose(log: Path, model: Path, seed: int) -> dict[str, Any]:
     """Return the document of a diagnosis."""
     from shakerproc.diagnosis import diagnose as run
+    from shakerproc.diagnosis.progress import TIME_LIMIT_S, Progress
     from shakerproc.model_files import read_model
     from shakerproc.testlog import read_testlog
 
-    found: dict[str, Any] = run(read_model(model), read_testlog(log), seed=seed).as_json()
+    limited = Progress(limit_s=TIME_LIMIT_S)
+    found: dict[str, Any] = run(
+        read_model(model), read_testlog(log), seed=seed, progress=limited
+    ).as_json()
     return found
 
 

@@ -16,6 +16,7 @@ from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.outcome import at_the_horizon, told
 from shakerproc.diagnosis.plausibility import check_plausible
+from shakerproc.diagnosis.progress import progress_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.refuted import refuted_notes, with_more_refuted
@@ -46,8 +47,8 @@ def diagnose(
         The tests; those with ``hold_out: true`` are only scored.
     seed : int
         Of the tests that are proposed.
-    progress : callable, optional
-        Called with what is being done.
+    progress : callable or Progress, optional
+        Called with what is being done; a `Progress` limits how long that takes.
 
     Raises
     ------
@@ -120,8 +121,8 @@ def diagnose_arrays(
         Limits that a proposed test keeps to.
     seed : int
         Of the tests that are proposed.
-    progress : callable, optional
-        Called with what is being done.
+    progress : callable or Progress, optional
+        Called with what is being done; a `Progress` limits how long that takes.
     comparisons : Comparisons, optional
         What tells the errors as `compare` does; by default they are those of candidates.
 
@@ -137,7 +138,7 @@ def diagnose_arrays(
         )
     for test in tests:
         check(test, len(names))
-    say = progress or (lambda _text: None)
+    say = progress_of(progress)
     known = replace(model, sensors={name: model.sensors[name] for name in names})
     imposed = known.excitation.imposed
     seek = search_component_tests if imposed else search
@@ -157,7 +158,7 @@ def diagnose_arrays(
     verdict = judged(
         found, clearances=clearances, shaker=shaker, seed=seed, comparisons=comparisons
     )
-    return replace(verdict, notes=(*verdict.notes, *refuted_notes(refuted)))
+    return replace(verdict, notes=(*verdict.notes, *refuted_notes(refuted), *say.notes))
 
 
 def search_component_tests(

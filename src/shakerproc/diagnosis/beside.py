@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from shakerproc.diagnosis.further_ahead import carried_on, falls_short
 from shakerproc.diagnosis.horizon import along, scored_at
 from shakerproc.diagnosis.hypotheses.joints import Joint, Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
-from shakerproc.diagnosis.nudged.race import FIRST, chosen
-from shakerproc.diagnosis.nudged.starts import own_starts
+from shakerproc.diagnosis.nudged.race import chosen
+from shakerproc.diagnosis.nudged.starts import Tried, own_starts
+from shakerproc.diagnosis.progress import Progress
 from shakerproc.diagnosis.selection.choice import (
     TENTH,
     bare,
@@ -28,9 +29,12 @@ from shakerproc.diagnosis.selection.choice import (
 from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
 from shakerproc.diagnosis.selection.scores import (
+    SURE,
     Score,
+    as_fitted,
     best_of,
     best_of_each,
+    gain_of,
     is_better,
     simplest_alike,
 )
@@ -68,11 +72,14 @@ def with_all(
 LOOKED_AT: Final = 8
 """Windows in which starts are compared [-]."""
 
+WEAK: Final = 0.01
+"""Force of a start, over that of a start while runs are held [-]."""
+
 FITTED: Final = 6
-"""Effects that are fitted to these by a few steps, of those that take most away [-]."""
+"""Effects that are fitted, of those that take most away [-]."""
 
 FEW: Final = 2
-"""Of these so many that go on to all windows [-]."""
+"""Of these so many that go on [-]."""
 
 FIRSTS: Final = 3
 """Effects that a second one is sought beside [-]."""
@@ -84,9 +91,7 @@ RICH: Final = 4
 """Numbers of a law from which on two simple ones may do as well with fewer [-]."""
 
 
-def with_pairs_ahead(
-    found: Found, campaign: Campaign, known: Known, say: Callable[[str], None]
-) -> Found:
+def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progress) -> Found:
     """Return the hypotheses with one and two effects of decays that are judged further ahead.
 
     Where what stands leaves more than noise, there or at its own horizon, or has many numbers.
@@ -98,12 +103,13 @@ def with_pairs_ahead(
     is_decay = campaign.data.model.excitation.role is None
     if not is_decay or found.rigid or not known or not _leaves_more(found):
         return found
+    if not say.has_time_for("effects further ahead"):
+        return found
     *_, form = forms = _predicted(found, campaign)
     before = [carried(campaign.data, one.fit, forms) for one in (found.linear, *found.effects)]
     linear = before[0]
     if linear is None:
         return found
-    say("one effect further ahead")
     singles = beside(campaign, linear, form, known)
     say("two effects further ahead")
     had = [one for one in before[1:] if one is not None]
@@ -132,15 +138,36 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
     base = Base(on, looked_at)
     best: list[Moved] = []
     for starts in own_starts(on, known).values():
-        best += base.best([start for start in starts if _goes_on(on, start[1])])[:1]
-    best.sort(key=lambda moved: moved.level)
-    first = [
-        fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=FIRST, channels=on.channels)
-        for one in best[:FITTED]
+        own = [start for start in starts if _goes_on(on, start[1])]
+        best += base.best([*own, *map(_weaker, own)])[:1]
+    begun = [
+        fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=0, channels=on.channels)
+        for one in _simplest_first([(one, one.logs) for one in best])[:FITTED]
     ]
-    near = sorted((one for one in first if one is not None), key=lambda one: one.level)
-    fits = [carried(campaign.data, one, [form]) for one in near[:FEW]]
-    return sorted((one for one in fits if one is not None), key=lambda one: one.level)
+    there = [carried(campaign.data, one, [form]) for one in begun if one is not None]
+    scores = [as_fitted(campaign.data, one) for one in there if one is not None]
+    return _simplest_first([(one.fit, one.logs) for one in scores if one is not None])[:FEW]
+
+
+def _simplest_first(tried: Sequence[tuple[Any, FloatArray]]) -> list[Any]:
+    """Return starts or fits by what they leave, those first that leave no more for sure.
+
+    Of these that of fewest numbers: laws of many may all do where an effect is weak.
+    """
+    order = sorted(tried, key=lambda one: float(np.mean(one[1])))
+    near = [one for one, logs in order if gain_of(order[0][1], logs).t <= SURE]
+    rest = [one for one, logs in order if gain_of(order[0][1], logs).t > SURE]
+    return [*sorted(near, key=lambda one: one.hypothesis.size), *rest]
+
+
+def _weaker(start: Tried) -> Tried:
+    """Return a start with a force that free runs follow along a straight line."""
+    hypothesis, x = start
+    last, n = hypothesis.added[-1], len(hypothesis.added[-1].names)
+    values = last.values(x[-n:])
+    for name in last.identification.scaled:
+        values[name] *= WEAK
+    return hypothesis, np.concatenate([x[:-n], last.transformed({**last.fixed, **values})])
 
 
 def _goes_on(on: Fit, x: FloatArray) -> bool:

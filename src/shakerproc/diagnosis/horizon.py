@@ -75,7 +75,7 @@ def compared(
     forms = usable_forms(campaign.data)
     best = min((linear, *singles), key=lambda one: one.level)
     standing, scores = [linear, *singles], list[Score]()
-    chosen, least, past = 0, np.inf, list[_Reached]()
+    chosen, least, past = 0, np.inf, list[Reached]()
     near, whole = False, None
     for i, form in enumerate(forms):
         standing = worth_a_fit(scores, campaign.known) if scores else standing
@@ -94,25 +94,23 @@ def compared(
             if not scores:
                 continue
             least = least if sampled.data is campaign.data else np.inf
-            campaign, here = sampled, _Reached(sampled, forms[i], scores)
+            campaign, here = sampled, Reached(sampled, forms[i], scores)
             best = here.best
-        if here.left > LONGER * least and not any(r.is_noise for r in (*past[-1:], here)):
-            forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
-            break
-        past, least, chosen = [*past, here], min(least, here.left), i
+        if not here.is_silent:
+            if here.left > LONGER * least and not any(r.is_noise for r in (*past[-1:], here)):
+                forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
+                break
+            least = min(least, here.left)
+        past, chosen = [*past, here], i
     if whole is not None and chosen < len(forms) - 1 and whole.left <= LONGER * least:
         return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
-    scores = past[-1].scores if past else []
-    if past and past[-1].is_silent:
-        effects = [one for one in standing if one.hypothesis.added]
-        silent = scores_beside(campaign, past[-1].best, None, effects, forms[chosen])
-        scores = [*scores, *silent]
+    scores = _scores_of(past, standing)
     return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Reached:
+class Reached:
     """What hypotheses leave at a horizon."""
 
     campaign: Campaign
@@ -137,7 +135,15 @@ class _Reached:
         return is_within(self.left, pooled_floor(floors_of(data, self.best, windows)))
 
 
-def _silent(campaign: Campaign, standing: Sequence[Fit], form: Form) -> _Reached | None:
+def _scores_of(past: Sequence[Reached], standing: Sequence[Fit]) -> list[Score]:
+    """Return the scores at the last horizon, of effects too where it tells of none."""
+    if not past or not past[-1].is_silent:
+        return past[-1].scores if past else []
+    last, effects = past[-1], [one for one in standing if one.hypothesis.added]
+    return [*last.scores, *scores_beside(last.campaign, last.best, None, effects, last.form)]
+
+
+def _silent(campaign: Campaign, standing: Sequence[Fit], form: Form) -> Reached | None:
     """Return a horizon at which the model without any effect leaves no more than noise.
 
     None where it leaves more. Such a horizon tells of no effect, not even that it is not there.
@@ -146,12 +152,12 @@ def _silent(campaign: Campaign, standing: Sequence[Fit], form: Form) -> _Reached
     scores = scored_at(campaign, [carried(campaign.data, one, [form]) for one in bare], form)
     if not scores or leaves_something(scores[0]):
         return None
-    return _Reached(campaign, form, scores, is_silent=True)
+    return Reached(campaign, form, scores, is_silent=True)
 
 
 def _at_once(
     campaign: Campaign, best: Fit, standing: Sequence[Fit], form: Form
-) -> _Reached | None:
+) -> Reached | None:
     """Return the longest horizon, if a fit leaves no more than noise there at once.
 
     One that leaves no more than noise of short windows may be next to the truth, and needs none
@@ -164,7 +170,7 @@ def _at_once(
         there, longest, fitted = _arrived(campaign, one, form)
         if fitted is not None and is_mostly_noise(there, fitted):
             scores = scores_beside(there, one, fitted, standing, longest)
-            return _Reached(there, longest, scores) if scores else None
+            return Reached(there, longest, scores) if scores else None
     return None
 
 

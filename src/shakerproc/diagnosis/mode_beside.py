@@ -1,6 +1,6 @@
 """Further linear modes of the specimen that show only beside an effect."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -19,6 +19,7 @@ from shakerproc.diagnosis.horizon import scored_at
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.race import Raced, raced
 from shakerproc.diagnosis.outcome import Outcome
+from shakerproc.diagnosis.progress import Progress
 from shakerproc.diagnosis.selection.errors import takes_most
 from shakerproc.diagnosis.selection.scores import (
     SURE,
@@ -52,7 +53,7 @@ def with_modes_beside(
     outcome: Outcome,
     linear_model: LinearModel,
     tests: Sequence[Test],
-    say: Callable[[str], None],
+    say: Progress,
 ) -> tuple[LinearModel, Sequence[Test]] | None:
     """Return a linear model with modes that the best hypothesis with an effect lacks.
 
@@ -66,14 +67,15 @@ def with_modes_beside(
         What they stand on.
     tests : sequence of Test
         What they explain.
-    say : callable
-        Called with what is being tried.
+    say : Progress
+        Called with what is being tried, and asked whether there is time for it.
     """
     best = best_of([outcome.linear, *outcome.effects])
     known = len(outcome.campaign.data.model.modes) + len(linear_model.driven)
     if not leaves_something(best) or not best.fit.hypothesis.added or known >= MOST:
         return None
-    say("a further mode beside the effect")
+    if not say.has_time_for("a further mode beside the effect"):
+        return None
     found = _driven_beside(outcome)
     if found is not None:
         driven = (*linear_model.driven, *found.driven)

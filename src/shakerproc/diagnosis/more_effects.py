@@ -13,6 +13,7 @@ from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along, compared
 from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.race import raced
+from shakerproc.diagnosis.progress import Progress
 from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.scores import (
     LEAST,
@@ -32,7 +33,7 @@ def with_more(
     campaign: Campaign,
     forms: Sequence[Form],
     singles: Sequence[Fit],
-    say: Callable[[str], None],
+    say: Progress,
 ) -> tuple[Found, Campaign, Sequence[Form]]:
     """Return pairs of effects, and a force without a name, that explain beyond singles.
 
@@ -42,7 +43,8 @@ def with_more(
     until no more than noise is left.
     """
     for first in _unlike(found, singles, campaign.known)[:FIRSTS]:
-        say(f"a second effect beside {first.hypothesis.kinds[0]}")
+        if not say.has_time_for(f"a second effect beside {first.hypothesis.kinds[0]}"):
+            break
         pairs, failed = _pairs(campaign, first, say)
         for pair in pairs[:FIRSTS]:
             pairs += simpler_laws(pair.data, pair, campaign.known)

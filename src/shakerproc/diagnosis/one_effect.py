@@ -29,6 +29,7 @@ from shakerproc.diagnosis.hypotheses.joints import identifications, scales_of
 from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.nudged.race import Raced, held
 from shakerproc.diagnosis.outcome import Outcome
+from shakerproc.diagnosis.progress import progress_of
 from shakerproc.diagnosis.screening import free_laws
 from shakerproc.diagnosis.selection.errors import error_of, floors_of, pooled_floor
 from shakerproc.diagnosis.selection.scores import Score
@@ -136,7 +137,7 @@ def _fitted(
     singles = [] if wanted.is_free_law else [best]
     campaign, forms, without, effects = compared(campaign, linear, singles)
     here = Outcome(campaign, forms, without, effects, singles)
-    more = with_modes_beside(here, linear_model, tests, say)
+    more = with_modes_beside(here, linear_model, tests, progress_of(say))
     if more is not None:
         return _fitted(original, *more, wanted, say)
     scores = [without, *(along(campaign, [best], forms) if wanted.is_free_law else effects)]

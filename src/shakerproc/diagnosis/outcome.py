@@ -4,17 +4,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
+from shakerproc.diagnosis.beside import beside
 from shakerproc.diagnosis.campaign import Campaign, as_it_is
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.richer_laws import richer_laws
 from shakerproc.diagnosis.found import Found
-from shakerproc.diagnosis.horizon import along, compared, scored_at
+from shakerproc.diagnosis.horizon import Reached, along, compared, scored_at
 from shakerproc.diagnosis.more_effects import parts_of
+from shakerproc.diagnosis.progress import Progress
 from shakerproc.diagnosis.selection.scores import (
     Score,
     best_of,
+    best_of_each,
     leaves_something,
     ranked,
 )
@@ -38,7 +41,7 @@ def at_the_horizon(
     campaign: Campaign,
     linear: Fit,
     singles: Sequence[Fit],
-    say: Callable[[str], None],
+    say: Progress,
 ) -> Outcome:
     """Return the model without and with effects there, and with the parts of pairs.
 
@@ -47,6 +50,9 @@ def at_the_horizon(
     """
     say("at the horizon")
     campaign, forms, base, effects = compared(campaign, linear, singles)
+    if _is_told_late(campaign, forms, base) and say.has_time_for("all effects at the horizon"):
+        every = beside(campaign, base.fit, forms[-1], campaign.known)
+        effects = best_of_each([*effects, *scored_at(campaign, every, forms[-1])])
     effects += along(campaign, parts_of(effects, singles), forms)
     best = best_of([base, *effects])
     wanting = leaves_something(best) or best.fit.is_far
@@ -54,6 +60,17 @@ def at_the_horizon(
         effects = _with_richer(campaign, forms[-1], effects, best, say)
     base, effects = with_simpler(campaign, forms[-1], base, effects)
     return Outcome(campaign, forms, base, ranked(effects), singles)
+
+
+def _is_told_late(campaign: Campaign, forms: Sequence[Form], base: Score) -> bool:
+    """Return whether the last horizon tells of an effect, and the one before of none.
+
+    What is held, too, told little then: the effects that lasted did so by chance.
+    """
+    if len(forms) < 2 or Reached(campaign, forms[-1], [base]).is_noise:
+        return False
+    before = scored_at(campaign, [carried(campaign.data, base.fit, [forms[-2]])], forms[-2])
+    return bool(before) and Reached(campaign, forms[-2], before).is_noise
 
 
 def _with_richer(

@@ -1,6 +1,6 @@
 """The search: linear model, the race of effects, the horizon, held-out scores."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, final
@@ -31,6 +31,7 @@ from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.mode_beside import with_modes_beside
 from shakerproc.diagnosis.more_effects import with_more
 from shakerproc.diagnosis.outcome import Outcome, at_the_horizon, told
+from shakerproc.diagnosis.progress import Progress
 from shakerproc.diagnosis.rigid import rigid_joints
 from shakerproc.diagnosis.selection.choice import needs_none, wants_more
 from shakerproc.diagnosis.selection.each_test import doubtful
@@ -42,7 +43,7 @@ MUCH: Final = 0.5
 enough to be judged before others are tried [-]."""
 
 
-def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
+def search(model: Model, tests: Sequence[Test], say: Progress) -> Found:
     """Return which effects explain the tests, and how well.
 
     Parameters
@@ -51,8 +52,8 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
         The model as it is.
     tests : sequence of Test
         Those that are held out are only scored.
-    say : callable
-        Called with what is being tried.
+    say : Progress
+        Called with what is being tried, and asked whether there is time for more.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def search(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> F
     )
 
 
-def _with_chain(model: Model, tests: Sequence[Test], say: Callable[[str], None]) -> Found:
+def _with_chain(model: Model, tests: Sequence[Test], say: Progress) -> Found:
     """Return the search for sensors the right way round, corrected where that is better."""
     linear = fit_linear(model, tests)
     tests = without_driven(tests, linear)
@@ -90,7 +91,7 @@ def _corrected_or_not(
     model: Model,
     linear: LinearModel,
     tests: Sequence[Test],
-    say: Callable[[str], None],
+    say: Progress,
 ) -> Found:
     """Return the search with the tests as recorded or corrected, whichever leaves less.
 
@@ -102,10 +103,13 @@ def _corrected_or_not(
         corrections = (True, False) if explains(linear) else (False, True)
     ways: list[Begun] = []
     for scale in (None, *scales_between(tests)):
+        if scale is not None and not say.has_time_for(f"effects scaled by {scale.condition}"):
+            break
         begun: list[Begun] = []
         for correct in corrections:
-            if correct:
-                say("the chain of measurement corrected")
+            way = "the chain of measurement corrected" if correct else "tests as recorded"
+            if begun and not say.has_time_for(way):
+                break
             own = corrected(tests, linear) if correct else tests
             one = _begun(model, linear, own, say, scale)
             begun.append(replace(one, found=replace(one.found, corrected=correct)))
@@ -140,7 +144,7 @@ class Begun:
             found.is_enough and not wants_more(found) and not doubtful(found)
         )
 
-    def ended(self, say: Callable[[str], None]) -> Found:
+    def ended(self, say: Progress) -> Found:
         """Return the findings with pairs of effects, where these are to be looked for."""
         found, first = self.found, self.outcome
         campaign, alone = first.campaign, bool(found.data.model.structures)
@@ -154,7 +158,7 @@ def _begun(
     original: Model,
     linear_model: LinearModel,
     tests: Sequence[Test],
-    say: Callable[[str], None],
+    say: Progress,
     scaled_by: Scale | None = None,
 ) -> Begun:
     """Return the explanations of tests on top of a linear model.
@@ -169,8 +173,6 @@ def _begun(
     model = replace(original, modes=linear_model.model.modes)
     campaign = campaign_of(model, tests, scaled_by)
     forms = usable_forms(campaign.data)
-    if scaled_by is not None:
-        say(f"effects scaled by {scaled_by.condition}")
     say("the model's own numbers")
     linear = own_numbers(campaign, linear_model)
     rigid = rigid_joints(campaign.data)

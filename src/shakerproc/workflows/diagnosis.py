@@ -1,7 +1,7 @@
 """Which effect a model lacks, here or on a cluster: the workflow of `shakerproc diagnose`."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, final
 
@@ -13,13 +13,14 @@ from shakerproc.diagnosis import diagnose_tests
 from shakerproc.diagnosis.data.from_files import tests_of
 from shakerproc.diagnosis.estimate import ESTIMATE_COLUMNS
 from shakerproc.diagnosis.headline import probability_text
+from shakerproc.diagnosis.progress import TIME_LIMIT_S, Progress
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.updated import Comparisons
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import Task
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
-from shakerproc.workflows.arguments import Machines, log_of, model_of, whole_of
+from shakerproc.workflows.arguments import Machines, log_of, model_of, positive_of, whole_of
 from shakerproc.workflows.shown import Shown, frame_of_errors, frame_of_rows, html
 
 if TYPE_CHECKING:
@@ -37,8 +38,8 @@ class DiagnosisCase:
         The model.
     log : TestLog
         The log.
-    seed : int
-        As for `diagnose`.
+    seed, time_limit_s : int, float
+        As for `diagnose` [-], [s].
     source : str
         Folder or URL of the recordings, as the worker sees it.
     """
@@ -46,6 +47,7 @@ class DiagnosisCase:
     model: Model
     log: TestLog
     seed: int
+    time_limit_s: float
     source: str
 
 
@@ -53,7 +55,8 @@ def diagnose_remotely(case: DiagnosisCase) -> Mapping[str, Any]:
     """Return a diagnosis as text, every number to the last digit, and its inputs."""
     with at_hand(case.log, case.source) as log:
         usable = tests_of(log, case.model)
-        diagnosis = diagnose_tests(case.model, log, usable, seed=case.seed)
+        limited = Progress(limit_s=case.time_limit_s)
+        diagnosis = diagnose_tests(case.model, log, usable, seed=case.seed, progress=limited)
     return {"diagnosis": json.dumps(asdict(diagnosis)), "sha256": hashes_of(usable)}
 
 
@@ -69,7 +72,7 @@ def judged(
     machines: Machines,
     *,
     seed: int,
-    progress: Callable[[str], None],
+    progress: Progress,
     comparisons: Comparisons | None = None,
 ) -> Diagnosis:
     """Return a diagnosis; on a cluster it is one task, for its steps are too short to send.
@@ -83,7 +86,9 @@ def judged(
         return diagnose_tests(
             model, log, usable, seed=seed, progress=progress, comparisons=comparisons
         )
-    task = Task("diagnosis", DiagnosisCase(model, log, seed, machines.source(log)))
+    task = Task(
+        "diagnosis", DiagnosisCase(model, log, seed, progress.limit_s, machines.source(log))
+    )
     (outcome,) = machines.executor().run(diagnose_remotely, [task])
     if outcome.cause:
         raise DiagnosisError(outcome.error)
@@ -166,7 +171,9 @@ class ShownDiagnosis(Shown):
         return html(self.verdict, sentences, self.errors, self.effects, self.to_pandas())
 
 
-def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> ShownDiagnosis:
+def diagnose(
+    model: Any, log: TestLog, *, seed: int = 0, time_limit_s: float = TIME_LIMIT_S
+) -> ShownDiagnosis:
     """Return which effect a model lacks, how surely, and which test would settle it.
 
     Parameters
@@ -177,6 +184,8 @@ def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> ShownDiagnosis:
         What `read_log` returned; tests with ``hold_out: true`` are only scored.
     seed : int
         Of the tests that are proposed.
+    time_limit_s : float
+        About how long it may take; what was not tried for want of time is noted [s].
 
     Raises
     ------
@@ -189,4 +198,6 @@ def diagnose(model: Any, log: TestLog, *, seed: int = 0) -> ShownDiagnosis:
     """
     known, tests = model_of(model).model, log_of(log)
     number = whole_of("seed", seed, 0)
-    return ShownDiagnosis(diagnose_tests(known, tests, tests_of(tests, known), seed=number))
+    limited = Progress(limit_s=positive_of("time_limit_s", time_limit_s))
+    usable = tests_of(tests, known)
+    return ShownDiagnosis(diagnose_tests(known, tests, usable, seed=number, progress=limited))

@@ -259,6 +259,7 @@ def held_against(
     """
     from shakerproc.diagnosis import diagnose_tests
     from shakerproc.diagnosis.data.from_files import tests_of
+    from shakerproc.diagnosis.progress import TIME_LIMIT_S, Progress
     from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed, sha256
@@ -268,7 +269,8 @@ def held_against(
     usable.tell(warn)
     _check_hashes({run.test: run.sha256 for run in runs if run.sha256}, usable.tests)
     comparisons = Comparisons(usable.tests, tell)
-    diagnosis = diagnose_tests(known, log, usable, progress=tell, comparisons=comparisons)
+    limited = Progress(tell, TIME_LIMIT_S)
+    diagnosis = diagnose_tests(known, log, usable, progress=limited, comparisons=comparisons)
     models = judged(known, diagnosis, comparisons, warn)
     documents = [("model", model, digest), ("test log", log_path, sha256(log_path))]
     decays = decays_judged(known, diagnosis, usable.tests, warn)

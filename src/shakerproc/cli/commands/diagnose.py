@@ -23,6 +23,16 @@ def diagnose(
     pdf: options.PdfOption = False,
     out: output.OutOption = None,
     effects: options.EffectsOption = None,
+    time_limit_s: Annotated[
+        float | None,
+        typer.Option(
+            "--time-limit",
+            help="About how long it may take; a note says what was left out [s].",
+            min=1.0,
+            callback=options.positive,
+            show_default="300",
+        ),
+    ] = None,
     json: output.JsonOption = None,
 ) -> None:
     """Name the missing effect, how surely, and the next test."""
@@ -32,6 +42,7 @@ def diagnose(
     from shakerproc.cli.messages import announce
     from shakerproc.diagnosis.data.from_files import tests_of
     from shakerproc.diagnosis.headline import headline
+    from shakerproc.diagnosis.progress import TIME_LIMIT_S, Progress
     from shakerproc.diagnosis.updated import Comparisons
     from shakerproc.model_files import read_model
     from shakerproc.recordings import read_hashed
@@ -59,8 +70,9 @@ def diagnose(
         measured = usable.tests
         comparisons = Comparisons(measured, advance)
         result = judged(
-            known, given, usable, machines, seed=seed, progress=advance, comparisons=comparisons
-        )
+            known, given, usable, machines, seed=seed,
+            progress=Progress(advance, time_limit_s or TIME_LIMIT_S), comparisons=comparisons,
+        )  # fmt: skip
         models = evidence.judged(known, result, comparisons, once.warning)
     documents = [("model", model, model_hash), ("test log", testlog, log_hash)]
     inputs = evidence.inputs_of(documents, measured)
