@@ -58,10 +58,8 @@ def compared(
 
     Parameters
     ----------
-    campaign : Campaign
-        The tests.
-    linear : Fit
-        The model without any effect.
+    campaign, linear : Campaign, Fit
+        The tests, and the model without any effect.
     singles : sequence of Fit
         With one effect, the best first; those that fall behind are left at that horizon.
 
@@ -96,16 +94,15 @@ def compared(
             least = least if sampled.data is campaign.data else np.inf
             campaign, here = sampled, Reached(sampled, forms[i], scores)
             best = here.best
-        if not here.is_silent:
-            if here.left > LONGER * least and not any(r.is_noise for r in (*past[-1:], here)):
-                forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
-                break
-            least = min(least, here.left)
+        is_worse = not here.is_silent and here.left > LONGER * least
+        if is_worse and not any(reached.is_noise for reached in (*past[-1:], here)):
+            forms[chosen] = replace(forms[chosen], beyond=tuple(forms[i:]))
+            break
+        least = least if here.is_silent else min(least, here.left)
         past, chosen = [*past, here], i
     if whole is not None and chosen < len(forms) - 1 and whole.left <= LONGER * least:
         return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
-    scores = _scores_of(past, standing)
-    return campaign, forms[: chosen + 1], *bare_and_effects(linear, scores)
+    return campaign, forms[: chosen + 1], *bare_and_effects(linear, _scores_of(past, standing))
 
 
 @final
@@ -177,17 +174,16 @@ def _at_once(
 def _led_there(
     campaign: Campaign, best: Fit, standing: Sequence[Fit], form: Form, *, any_will_do: bool
 ) -> tuple[Campaign, Form, Fit, Fit | None] | None:
-    """Return the best that noise lets predict as far as a horizon, before and after.
+    """Return the tests, a horizon, and the fit that leads there before and after.
 
-    With the tests and the horizon as it tells them. A law of many numbers that leaves least of
-    short windows may run away in longer ones: then the next one leads that left no more than
-    it, for sure. None where none does; with `any_will_do` the best leads in any case.
+    The best, or where noise does not let it predict so far (a law of many numbers may run
+    away) the next one that surely left no more; with `any_will_do` the best in any case.
     """
     for one in _as_good(campaign, best, standing):
         rounds = BEST_ROUNDS if one.follows_most else ROUNDS
-        sampled, longer, there = _arrived(campaign, one, form, rounds=rounds)
-        if any_will_do or (there is not None and _is_predicted(sampled, there, longer)):
-            return sampled, longer, one, there
+        tests, longer, there = _arrived(campaign, one, form, rounds=rounds)
+        if any_will_do or (there is not None and _is_predicted(tests, there, longer)):
+            return tests, longer, one, there
     return None
 
 
@@ -250,10 +246,7 @@ def bare_and_effects(linear: Fit, scores: Sequence[Score]) -> tuple[Score, list[
 
 
 def _is_predicted(campaign: Campaign, found: Fit, form: Form) -> bool:
-    """Return whether noise lets a fit predict the motion as far as a horizon.
-
-    It may part the motion by `PARTED` at most: else a good fit is judged by where motions part.
-    """
+    """Return whether noise parts the motion of a fit little enough to judge it so far ahead."""
     return parted(campaign.data, found, form.held_out.some(PREDICTED)) <= PARTED
 
 
@@ -270,10 +263,8 @@ def along(
 
     Parameters
     ----------
-    campaign : Campaign
-        The tests.
-    fits : sequence of Fit
-        On shorter windows.
+    campaign, fits : Campaign, sequence of Fit
+        The tests, and hypotheses on shorter windows.
     forms : sequence of Form
         What they are carried over to.
     beside : Fit, optional
