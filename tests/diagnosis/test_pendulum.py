@@ -33,14 +33,14 @@ tests:
 """
 
 
-def diagnosed(path, swing, drag, *, rate=30.0, noise=NOISE):
-    t = np.arange(40.0 * rate) / rate
+def diagnosed(path, swing, drag, *, rate=30.0, noise=NOISE, seconds=40.0):
+    t = np.arange(seconds * rate) / rate
 
     def falls(_t, y):
         return [y[1], -9.81 / LENGTH * np.sin(y[0]) - drag(y[1])]
 
     swung = solve_ivp(
-        falls, (0.0, 40.0), [swing, 0.0], t_eval=t, rtol=1e-9, atol=1e-11, max_step=0.01
+        falls, (0.0, seconds), [swing, 0.0], t_eval=t, rtol=1e-9, atol=1e-11, max_step=0.01
     ).y[0]
     seen = LENGTH * swung + noise * np.random.default_rng(1).standard_normal(t.size)
     np.savez(path / "d.npz", fs=np.array([rate]), x=seen)
@@ -70,3 +70,25 @@ def test_dry_friction_beside_the_softening_is_found_with_it(tmp_path):
     assert kinds["coulomb_friction"]["sliding_force"].value == pytest.approx(0.03, rel=0.05)
     assert kinds["cubic_stiffness"]["coefficient"].value == pytest.approx(SOFTER, rel=0.1)
     assert found.errors.held_out.after < 0.01 * found.errors.held_out.before
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_softening_that_many_periods_alone_tell_is_named_by_the_law_of_fewest_numbers(tmp_path):
+    """A swing of 0.1 rad: its sine changes the period by 0.06 %; eight laws explain as much."""
+    found = diagnosed(tmp_path, 0.1, lambda v: 0.06 * v, rate=60.0, noise=2e-4, seconds=30.0)
+    assert [one.kind for one in found.effects] == ["cubic_stiffness"]
+    assert found.errors.held_out.after < 1.2 * found.errors.noise_floor
+    assert min(found.errors.among.horizon_s.values()) > 10.0
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_weak_drag_of_air_is_judged_beyond_what_noise_alone_explains(tmp_path):
+    found = diagnosed(
+        tmp_path, 0.15, lambda v: 0.01 * v + 0.3 * abs(v) * v, rate=60.0, noise=2e-4,
+        seconds=60.0,
+    )  # fmt: skip
+    assert {one.kind for one in found.effects} == {"quadratic_damping", "cubic_stiffness"}
+    drag = found.effects[[one.kind for one in found.effects].index("quadratic_damping")]
+    assert drag.parameters["coefficient"].value == pytest.approx(0.3 * MASS / LENGTH, rel=0.1)

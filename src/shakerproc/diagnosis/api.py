@@ -16,7 +16,7 @@ from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
 from shakerproc.diagnosis.outcome import at_the_horizon, told
 from shakerproc.diagnosis.plausibility import check_plausible
-from shakerproc.diagnosis.progress import progress_of
+from shakerproc.diagnosis.progress import Progress, progress_of
 from shakerproc.diagnosis.result import Diagnosis
 from shakerproc.diagnosis.search import search
 from shakerproc.diagnosis.selection.refuted import refuted_notes, with_more_refuted
@@ -204,7 +204,7 @@ def search_component_tests(
 
 
 def judged_again(
-    model: Model, before: Found, tests: Sequence[Test], say: Callable[[str], None]
+    model: Model, before: Found, tests: Sequence[Test], say: Progress
 ) -> Found | None:
     """Return the hypotheses, fitted and judged at the horizon by another noise.
 
