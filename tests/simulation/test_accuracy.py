@@ -414,6 +414,12 @@ def test_a_power_that_is_not_whole_goes_to_dop853(exponent):
     assert worst(found.displacement[0], reference) < 1e-7
     with pytest.raises(ValueError, match="no Taylor series at 0"):
         simulate(model, harmonic(2.0, 4.0), 200.0, duration=3.0, solver="taylor")
+    quick = simulate(
+        model, harmonic(2.0, 4.0), 200.0, duration=3.0, tolerance=1e-9, solver="quick"
+    )
+    assert quick.solver == "Taylor series and DOP853"
+    assert quick.error is None
+    assert worst(quick.displacement[0], reference) < 1e-6
 
 
 def test_an_input_is_prepared_once_for_many():
