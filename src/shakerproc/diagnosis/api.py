@@ -14,6 +14,7 @@ from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.linear import as_given
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.horizon import along
+from shakerproc.diagnosis.nudged.race import MOST, chosen
 from shakerproc.diagnosis.outcome import at_the_horizon, told
 from shakerproc.diagnosis.plausibility import check_plausible
 from shakerproc.diagnosis.progress import Progress, progress_of
@@ -199,7 +200,7 @@ def search_component_tests(
         free=None,
         behind=one.left,
         failed=one.failed,
-    ).with_effects(along(campaign, one.fits, [form]))
+    ).with_effects(along(campaign, chosen(one.left, MOST), [form]))  # held-out tests judge
     return with_all(found, campaign, [form], say)
 
 
