@@ -9,6 +9,7 @@ from tests.comparison.small_campaigns import campaign, drive, written
 from tests.in_process import run
 
 from shakerproc.comparison import usable_tests
+from shakerproc.diagnosis.progress import Progress
 from shakerproc.errors import DiagnosisError
 from shakerproc.executors import TaskOutcome
 from shakerproc.model_files import read_model
@@ -86,7 +87,12 @@ def test_a_diagnosis_of_other_recordings_elsewhere_is_refused(files, monkeypatch
     monkeypatch.setattr(Machines, "executor", lambda _self: Elsewhere())
     with pytest.raises(DiagnosisError, match="the worker read other recordings"):
         diagnosis.judged(
-            known, read_testlog(log), usable, Machines(scheduler="x"), seed=0, progress=print
+            known,
+            read_testlog(log),
+            usable,
+            Machines(scheduler="x"),
+            seed=0,
+            progress=Progress(),
         )
 
 
