@@ -162,9 +162,7 @@ def diagnose_arrays(
     return replace(verdict, notes=(*verdict.notes, *refuted_notes(refuted), *say.notes))
 
 
-def search_component_tests(
-    model: Model, tests: Sequence[Test], say: Callable[[str], None]
-) -> Found:
+def search_component_tests(model: Model, tests: Sequence[Test], say: Progress) -> Found:
     """Return which single effect explains the force over an imposed motion, and how well.
 
     Raises

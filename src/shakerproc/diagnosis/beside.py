@@ -1,6 +1,6 @@
 """Effects of decays, sought as far ahead as noise lets predict: by the error each takes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -49,7 +49,7 @@ def with_all(
     found: Found,
     campaign: Campaign,
     forms: Sequence[Form],
-    say: Callable[[str], None],
+    say: Progress,
 ) -> Found:
     """Return the result with what fell behind, where nothing that explains more can be named.
 
@@ -60,7 +60,8 @@ def with_all(
         return found
     scores = list(found.effects)
     for one in chosen(found.behind, MOST):
-        say(f"{one.hypothesis.kinds[0]}, left behind so far")
+        if not say.has_time_for(f"{one.hypothesis.kinds[0]}, left behind so far"):
+            break
         scores += along(campaign, [one], forms, beside=found.best.fit)
     scores = best_of_each(scores)
     if scores and best_of(scores) not in found.effects:
