@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -150,15 +150,22 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
     return _simplest_first([(one.fit, one.logs) for one in scores if one is not None])[:FEW]
 
 
-def _simplest_first(tried: Sequence[tuple[Any, FloatArray]]) -> list[Any]:
-    """Return starts or fits by what they leave, those first that leave no more for sure.
+_Tried = TypeVar("_Tried", Moved, Fit)
 
-    Of these that of fewest numbers: laws of many may all do where an effect is weak.
+
+def _simplest_first(tried: Sequence[tuple[_Tried, FloatArray]]) -> list[_Tried]:
+    """Return starts or fits, given with the logarithms of what they leave, the best first.
+
+    Those that leave no more than the best, for sure, by the count of their numbers: where an
+    effect is weak, laws of many numbers may all do.
     """
-    order = sorted(tried, key=lambda one: float(np.mean(one[1])))
-    near = [one for one, logs in order if gain_of(order[0][1], logs).t <= SURE]
-    rest = [one for one, logs in order if gain_of(order[0][1], logs).t > SURE]
-    return [*sorted(near, key=lambda one: one.hypothesis.size), *rest]
+    least = min((logs for _, logs in tried), key=np.mean, default=np.zeros(0))
+
+    def rank(one: tuple[_Tried, FloatArray]) -> tuple[bool, float]:
+        behind = gain_of(least, one[1]).t > SURE
+        return behind, float(np.mean(one[1])) if behind else float(one[0].hypothesis.size)
+
+    return [one for one, _ in sorted(tried, key=rank)]
 
 
 def _weaker(start: Tried) -> Tried:

@@ -110,6 +110,8 @@ def _corrected_or_not(
             way = "the chain of measurement corrected" if correct else "tests as recorded"
             if begun and not say.has_time_for(way):
                 break
+            if correct and not begun:
+                say(way)
             own = corrected(tests, linear) if correct else tests
             one = _begun(model, linear, own, say, scale)
             begun.append(replace(one, found=replace(one.found, corrected=correct)))
