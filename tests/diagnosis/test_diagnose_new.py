@@ -17,6 +17,7 @@ GAP = {"stiffness": 8e4, "clearance": 1.5e-4}
 
 
 @pytest.mark.slow
+@pytest.mark.long  # the demo and the tutorial find one in make test, too
 def test_a_gap_is_found_with_its_numbers():
     truth = one_mass(effect=EFFECTS["gap"](**GAP))
     found = diagnose_arrays(one_mass(), arrays_of(truth, levels=(6.0,), seconds=4.0))

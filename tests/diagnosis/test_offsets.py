@@ -87,7 +87,10 @@ def seen_by(motion, stiffness, seconds):
 
 @pytest.mark.parametrize(
     ("motion", "stiffness", "seconds"),
-    [("velocity", MASS * OMEGA**2, 0.7), ("acceleration", 0.0, 0.45)],
+    [
+        ("velocity", MASS * OMEGA**2, 0.7),
+        pytest.param("acceleration", 0.0, 0.45, marks=[pytest.mark.slow, pytest.mark.long]),
+    ],
 )
 def test_of_a_motion_that_has_a_mean_only_damping_is_off(motion, stiffness, seconds):
     force, seen = seen_by(motion, stiffness, seconds)
