@@ -1,12 +1,19 @@
 """Remaining hypotheses at the longest horizon at which they can be told apart."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
 from shakerproc.diagnosis.beside import beside
 from shakerproc.diagnosis.campaign import Campaign, as_it_is
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form, arrived, carried
+from shakerproc.diagnosis.estimation.form import (
+    ROUNDS,
+    Form,
+    arrived,
+    carried,
+    usable_forms,
+)
 from shakerproc.diagnosis.estimation.least_squares import Fit
 from shakerproc.diagnosis.estimation.linear_model import LinearModel
 from shakerproc.diagnosis.estimation.richer_laws import richer_laws
@@ -50,7 +57,9 @@ def at_the_horizon(
     """
     say("at the horizon")
     campaign, forms, base, effects = compared(campaign, linear, singles)
-    if _is_told_late(campaign, forms, base) and say.has_time_for("all effects at the horizon"):
+    if _is_told_late(campaign, forms[-1], base) and say.has_time_for(
+        "all effects at the horizon"
+    ):
         every = beside(campaign, base.fit, forms[-1], campaign.known)
         effects = best_of_each([*effects, *scored_at(campaign, every, forms[-1])])
     effects += along(campaign, parts_of(effects, singles), forms)
@@ -62,15 +71,20 @@ def at_the_horizon(
     return Outcome(campaign, forms, base, ranked(effects), singles)
 
 
-def _is_told_late(campaign: Campaign, forms: Sequence[Form], base: Score) -> bool:
-    """Return whether the last horizon tells of an effect, and the one before of none.
+def _is_told_late(campaign: Campaign, last: Form, base: Score) -> bool:
+    """Return whether the last horizon tells of an effect, and the next shorter one of none.
 
     What is held, too, told little then: the effects that lasted did so by chance.
     """
-    if len(forms) < 2 or Reached(campaign, forms[-1], [base]).is_noise:
+    if last.horizon is None or Reached(campaign, last, [base]).is_noise:
         return False
-    before = scored_at(campaign, [carried(campaign.data, base.fit, [forms[-2]])], forms[-2])
-    return bool(before) and Reached(campaign, forms[-2], before).is_noise
+    lengths_s = [(one.horizon or math.inf, one) for one in usable_forms(campaign.data)]
+    shorter = [one for length_s, one in lengths_s if length_s < last.horizon]
+    if not shorter:
+        return False
+    there = carried(campaign.data, base.fit, shorter[-1:])
+    before = scored_at(campaign, [there], shorter[-1])
+    return bool(before) and Reached(campaign, shorter[-1], before).is_noise
 
 
 def _with_richer(
