@@ -50,6 +50,6 @@ def test_the_cubic_spring_explains_what_the_linear_model_leaves(shared, tmp_path
     assert cubic.held_out < 0.03
     for one, other in zip(linear.tests, cubic.tests, strict=True):
         assert one.noise == pytest.approx(other.noise, rel=0.05)  # whatever the model
-        assert 0.0 < one.noise < other.error
+        assert 0.0005 < one.noise < other.error  # 0.05 mV: harmonics of the cube are no noise
     assert linear.held_out > 8.0 * cubic.held_out
     assert "most beyond a displacement of" in comparison.sentence(linear)

@@ -61,7 +61,7 @@ def with_all(
     scores = list(found.effects)
     for one in chosen(found.behind, MOST):
         if not say.has_time_for(f"{one.hypothesis.kinds[0]}, left behind so far"):
-            break
+            continue
         scores += along(campaign, [one], forms, beside=found.best.fit)
     scores = best_of_each(scores)
     if scores and best_of(scores) not in found.effects:

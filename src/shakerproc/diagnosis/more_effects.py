@@ -44,7 +44,7 @@ def with_more(
     """
     for first in _unlike(found, singles, campaign.known)[:FIRSTS]:
         if not say.has_time_for(f"a second effect beside {first.hypothesis.kinds[0]}"):
-            break
+            continue
         pairs, failed = _pairs(campaign, first, say)
         for pair in pairs[:FIRSTS]:
             pairs += simpler_laws(pair.data, pair, campaign.known)

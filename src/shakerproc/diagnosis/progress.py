@@ -54,7 +54,7 @@ class Progress:
             return []
         return [
             f"A diagnosis may take about {numeral(self.limit_s)} s (--time-limit); for want of "
-            f"time this was not tried: {', '.join(self._left_out)}."
+            f"time this was not tried: {'; '.join(self._left_out)}."
         ]
 
 

@@ -104,7 +104,7 @@ def _corrected_or_not(
     ways: list[Begun] = []
     for scale in (None, *scales_between(tests)):
         if scale is not None and not say.has_time_for(f"effects scaled by {scale.condition}"):
-            break
+            continue
         begun: list[Begun] = []
         for correct in corrections:
             way = "the chain of measurement corrected" if correct else "tests as recorded"

@@ -22,12 +22,11 @@ from shakerproc.simulation.kernels.dop853 import WORK_ROWS
 from shakerproc.simulation.kernels.table import MotionSeries, Store, room_for_series
 from shakerproc.simulation.kernels.windows import Nudges, walk_windows
 from shakerproc.simulation.response import (
-    NO_TABLEAU,
-    dop853_tableau,
     free,
     impose,
     least_sizes,
     room_for_steps,
+    tableau_of,
 )
 from shakerproc.simulation.window_sensing import WindowMotion, base_motion, has_jumps, sense
 
@@ -207,9 +206,8 @@ class Walk:
         least = np.zeros(system.n_motions)
         own = least_sizes(system.machine, given, _largest(given))
         least[: own.size] = own
-        tableau = NO_TABLEAU if system.analytic else dop853_tableau()
         return walk_windows(
-            system.machine, room.store, system.analytic, tableau, given.pieces,
+            system.machine, room.store, system.analytic, tableau_of(system), given.pieces,
             given.part, given.stride, 1, windows, starts, least, self._tolerance,
             room.series, room.steps, room.carried, room.work, cursor, failed,
             room.motion[kept:], room.acceleration[kept:], np.zeros(7),

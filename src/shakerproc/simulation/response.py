@@ -261,6 +261,11 @@ def dop853_tableau() -> FloatArray:
     return tableau
 
 
+def tableau_of(system: System) -> FloatArray:
+    """Return the tableau of DOP853 where some law has no series at 0, else one of zeros."""
+    return NO_TABLEAU if system.analytic else dop853_tableau()
+
+
 def first_motion(
     model: Model, system: System, given: Input, start: Mapping[str, tuple[float, float]] | None
 ) -> FloatArray:
@@ -380,13 +385,12 @@ def _run(case: Case) -> tuple[FloatArray, FloatArray, FloatArray]:
     if case.by_series or case.is_quick:
         degree = given.pieces.shape[1] - 1
         whole = np.array([[0, n_samples]])
-        tableau = NO_TABLEAU if case.system.analytic else dop853_tableau()
         walk_windows(
-            fresh, case.store, case.system.analytic, tableau, given.pieces, given.part,
-            given.stride, given.span, whole, first[None, :], least, case.tolerance, series,
-            room_for_steps(machine, first.size, degree), room_to_carry(first.size, 0, degree),
-            work, np.zeros(4, np.int64), np.zeros(1, np.bool_), motion, relative, stats,
-            np.inf, np.inf, free(n),
+            fresh, case.store, case.system.analytic, tableau_of(case.system), given.pieces,
+            given.part, given.stride, given.span, whole, first[None, :], least,
+            case.tolerance, series, room_for_steps(machine, first.size, degree),
+            room_to_carry(first.size, 0, degree), work, np.zeros(4, np.int64),
+            np.zeros(1, np.bool_), motion, relative, stats, np.inf, np.inf, free(n),
         )  # fmt: skip
     else:
         integrate_dop853(
