@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.form import Form, carried
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import carried_on, falls_short
@@ -88,7 +88,7 @@ FIRSTS: Final = 3
 NAMED: Final = 2
 """Of these so many at least that explain most at the horizon [-]."""
 
-RICH: Final = 4
+RICH: Final = 2
 """Numbers of a law from which on two simple ones may do as well with fewer [-]."""
 
 
@@ -114,8 +114,8 @@ def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progre
     singles = beside(campaign, linear, form, known)
     say("two effects further ahead")
     had = [one for one in before[1:] if one is not None]
-    firsts = _unlike([*had[:NAMED], *singles])[:FIRSTS]
-    pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)]
+    firsts = _worth_their_numbers([*had, *singles])
+    pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)[:FEW]]
     pairs.sort(key=lambda pair: pair.level)
     pairs += [one for pair in pairs[:FEW] for one in simpler_laws(campaign.data, pair, known)]
     every = _lasting(campaign, [*had, *singles, *pairs], [found.form, *forms[:-1]])
@@ -145,9 +145,22 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
         fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=0, channels=on.channels)
         for one in _simplest_first([(one, one.logs) for one in best])[:FITTED]
     ]
-    there = [carried(campaign.data, one, [form]) for one in begun if one is not None]
+    there = [_carried_from(campaign, one, form) for one in begun if one is not None]
     scores = [as_fitted(campaign.data, one) for one in there if one is not None]
-    return _simplest_first([(one.fit, one.logs) for one in scores if one is not None])[:FEW]
+    return _simplest_first([(one.fit, one.logs) for one in scores if one is not None])
+
+
+def _carried_from(campaign: Campaign, one: Fit, form: Form) -> Fit | None:
+    """Return a start carried to a form, its windows begun where its numbers tell.
+
+    Measured starts are off by noise, which grows in a whole decay: numbers that are right
+    would move to make up for it first.
+    """
+    starts = form.told_starts(campaign.data, one)
+    return fit(
+        campaign.data, one.hypothesis, one.x, form.fitted, rounds=ROUNDS,
+        channels=one.channels, starts=starts,
+    )  # fmt: skip
 
 
 _Tried = TypeVar("_Tried", Moved, Fit)
@@ -207,7 +220,7 @@ def _is_beaten(score: Score, other: Score) -> bool:
 
 
 def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
-    """Return whether something new predicts better at a form, or as well with fewer numbers."""
+    """Return whether something new predicts better at a form, or as well with no more numbers."""
     names = [one.fit.hypothesis.names for one in (found.linear, *found.effects)]
     had = [one for one in scores if one.fit.hypothesis.names in names]
     reached, best = simplest_alike(had)[0], simplest_alike(scores)[0]
@@ -215,7 +228,7 @@ def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
         return False
     left = [error_of(found.data, one.fit, form.held_out) for one in (best, reached)]
     surely = is_better(best, reached) and left[0] <= (1.0 - TENTH) * left[1]
-    return surely or best.fit.hypothesis.size < reached.fit.hypothesis.size
+    return surely or best.fit.hypothesis.size <= reached.fit.hypothesis.size
 
 
 def _leaves_more(found: Found) -> bool:
@@ -236,10 +249,11 @@ def _predicted(found: Found, campaign: Campaign) -> list[Form]:
     return forms or [found.form]
 
 
-def _unlike(fits: Sequence[Fit]) -> list[Fit]:
-    """Return the first fit of each effect alone, in their order."""
-    first: dict[frozenset[tuple[str, Joint]], Fit] = {}
-    for one in fits:
-        if len(one.hypothesis.added) == 1:
-            first.setdefault(one.hypothesis.names, one)
-    return list(first.values())
+def _worth_their_numbers(fits: Sequence[Fit]) -> list[Fit]:
+    """Return single effects that leave less than all of as few numbers do, the fewest first."""
+    single = [one for one in fits if len(one.hypothesis.added) == 1]
+    worth = list[Fit]()
+    for one in sorted(single, key=lambda one: (one.hypothesis.size, one.level)):
+        if not worth or one.level < worth[-1].level:
+            worth.append(one)
+    return worth

@@ -80,7 +80,11 @@ class Form:
         other side of a wall, than the measured motion was. None where a fit does not follow
         the motion, or where windows begin at rest.
         """
-        if self.scored_fitted.run_in is None or not found.follows_most:
+        return self.told_starts(data, found) if found.follows_most else None
+
+    def told_starts(self, data: DataSet, found: Fit) -> FloatArray | None:
+        """Return starts of what is fitted to, whatever a fit leaves (see `starts_of`)."""
+        if self.scored_fitted.run_in is None:
             return None
         settled = with_starts_fitted(data, found, self.scored_fitted)
         return None if settled is None else settled.starts

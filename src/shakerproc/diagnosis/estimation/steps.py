@@ -52,15 +52,20 @@ def by_chords(
 def better(
     equations: NormalEquations, cost: float, damping: float
 ) -> tuple[Point, State, float] | None:
-    """Return where a step gains, its state, and the next damping [-]; None if none does."""
+    """Return where a step gains, its state, and the next damping [-]; None if none does.
+
+    One that gains next to nothing, though more is foretold, was too long: it is taken if no
+    damped one gains more.
+    """
+    best: tuple[Point, State, float] | None = None
     for _ in range(TRIALS):
         there, fall = equations.taken(damping)
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
             there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
-        if tried is not None and tried[2] < cost:
-            return there, tried, max(damping / 10.0, LEAST_DAMPING)
-        if fall < SETTLED:
+        if tried is not None and tried[2] < (cost if best is None else best[1][2]):
+            best = there, tried, max(damping / 10.0, LEAST_DAMPING)
+        if fall < SETTLED or (best is not None and cost - best[1][2] >= SETTLED):
             break
         damping *= 10.0
-    return None
+    return best
