@@ -47,3 +47,20 @@ def test_weak_drag_of_air_is_judged_beyond_what_noise_alone_explains(tmp_path):
     )  # fmt: skip
     drag = found.effects[[one.kind for one in found.effects].index("quadratic_damping")]
     assert drag.parameters["coefficient"].value == pytest.approx(0.3 * MASS / LENGTH, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_dry_friction_of_a_pivot_is_no_slipping_spring(tmp_path):
+    """A law of two numbers leaves noise alone, too: a pair of one number each is tried."""
+    found = diagnosed(
+        tmp_path, 0.15, lambda v: 0.01 * v + 0.05 * np.tanh(v / 0.003), rate=240.0,
+        noise=1e-4, seconds=15.0, held=1.0,
+    )  # fmt: skip
+    kinds = {one.kind: one.parameters for one in found.effects}
+    assert set(kinds) == {"coulomb_friction", "cubic_stiffness"}
+    sliding = kinds["coulomb_friction"]["sliding_force"].value
+    assert sliding == pytest.approx(0.05 * MASS * LENGTH, rel=0.05)
+    assert kinds["cubic_stiffness"]["coefficient"].value == pytest.approx(SOFTER, rel=0.1)
+    assert found.confidence < 0.5
+    assert "jenkins" in found.sentence

@@ -77,29 +77,24 @@ WEAK: Final = 0.01
 """Force of a start, over that of a start while runs are held [-]."""
 
 FITTED: Final = 6
-"""Effects that are fitted, of those that take most away [-]."""
+"""Effects that are fitted, of those that take most away, beside all of one number: these take
+next to no time, and starts beside a fit that does not follow the motion tell little [-]."""
 
 FEW: Final = 2
-"""Of these so many that go on [-]."""
-
-FIRSTS: Final = 3
-"""Effects that a second one is sought beside [-]."""
-
-NAMED: Final = 2
-"""Of these so many at least that explain most at the horizon [-]."""
+"""Pairs beside each first effect that go on, and that simpler ones are sought of [-]."""
 
 RICH: Final = 2
-"""Numbers of a law from which on two simple ones may do as well with fewer [-]."""
+"""Numbers of a law from which on two of one number each may do as well [-]."""
 
 
 def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progress) -> Found:
     """Return the hypotheses with one and two effects of decays that are judged further ahead.
 
-    Where what stands leaves more than noise, there or at its own horizon, or has many numbers.
+    Where what stands leaves more than noise, there or at its own horizon, or has two numbers.
     In short windows a slow change of amplitude shows as little as any; a whole decay tells it,
     and has few windows. (Of a driven gap beside an attached mode it cost as much as all else,
     95 s, and found no more: pair:gap+attached_mode*90.) What is found is taken if it surely
-    predicts better there than all that was found before, or as well with fewer numbers.
+    predicts better there than all that was found before, or as well with no more numbers.
     """
     is_decay = campaign.data.model.excitation.role is None
     if not is_decay or found.rigid or not known or not _leaves_more(found):
@@ -118,7 +113,8 @@ def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progre
     pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)[:FEW]]
     pairs.sort(key=lambda pair: pair.level)
     pairs += [one for pair in pairs[:FEW] for one in simpler_laws(campaign.data, pair, known)]
-    every = _lasting(campaign, [*had, *singles, *pairs], [found.form, *forms[:-1]])
+    new = [one for one in (*firsts, *pairs) if one not in had]
+    every = _lasting(campaign, [*had, *new], [found.form, *forms[:-1]])
     scores = best_of_each(scored_at(campaign, every, form))
     bared = scored_at(campaign, [linear], form)
     if not scores or not bared or not _is_taken(found, form, [*bared, *scores]):
@@ -131,7 +127,7 @@ def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progre
 
 
 def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
-    """Return the best effects beside a fit to a form, fitted there, the best first.
+    """Return effects beside a fit to a form, fitted there, the best first.
 
     Each start is simulated once; the numbers of the fit move along their slopes with it.
     """
@@ -141,9 +137,11 @@ def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
     for starts in own_starts(on, known).values():
         own = [start for start in starts if _goes_on(on, start[1])]
         best += base.best([*own, *map(_weaker, own)])[:1]
+    ranked = _simplest_first([(one, one.logs) for one in best])
+    simple = [one for one in ranked[FITTED:] if one.hypothesis.size == on.hypothesis.size + 1]
     begun = [
         fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=0, channels=on.channels)
-        for one in _simplest_first([(one, one.logs) for one in best])[:FITTED]
+        for one in (*ranked[:FITTED], *simple)
     ]
     there = [_carried_from(campaign, one, form) for one in begun if one is not None]
     scores = [as_fitted(campaign.data, one) for one in there if one is not None]
