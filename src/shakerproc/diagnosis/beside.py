@@ -13,7 +13,7 @@ from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import carried_on, falls_short
 from shakerproc.diagnosis.horizon import along, scored_at
-from shakerproc.diagnosis.hypotheses.joints import Joint, Known
+from shakerproc.diagnosis.hypotheses.joints import Known
 from shakerproc.diagnosis.nudged.base import Base, Moved
 from shakerproc.diagnosis.nudged.race import chosen
 from shakerproc.diagnosis.nudged.starts import Tried, own_starts
@@ -218,7 +218,7 @@ def _is_beaten(score: Score, other: Score) -> bool:
 
 
 def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
-    """Return whether something new predicts better at a form, or as well with no more numbers."""
+    """Return whether something new predicts better, or as well with no more numbers."""
     names = [one.fit.hypothesis.names for one in (found.linear, *found.effects)]
     had = [one for one in scores if one.fit.hypothesis.names in names]
     reached, best = simplest_alike(had)[0], simplest_alike(scores)[0]
