@@ -80,24 +80,28 @@ FITTED: Final = 6
 """Effects that are fitted, of those that take most away, beside all of one number: these take
 next to no time, and starts beside a fit that does not follow the motion tell little [-]."""
 
+FEWEST: Final = 2
+"""Numbers that two effects have at least [-]."""
+
 FEW: Final = 2
 """Pairs beside each first effect that go on, and that simpler ones are sought of [-]."""
-
-RICH: Final = 2
-"""Numbers of a law from which on two of one number each may do as well [-]."""
 
 
 def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progress) -> Found:
     """Return the hypotheses with one and two effects of decays that are judged further ahead.
 
-    Where what stands leaves more than noise, there or at its own horizon, or has two numbers.
-    In short windows a slow change of amplitude shows as little as any; a whole decay tells it,
-    and has few windows. (Of a driven gap beside an attached mode it cost as much as all else,
-    95 s, and found no more: pair:gap+attached_mode*90.) What is found is taken if it surely
-    predicts better there than all that was found before, or as well with no more numbers.
+    Where what stands leaves more than noise, there or at its own horizon; else those alone that
+    have no more numbers than it: two simple laws may do as well. In short windows a slow change
+    of amplitude shows as little as any; a whole decay tells it, and has few windows. (Of a
+    driven gap beside an attached mode it cost as much as all else, 95 s, and found no more:
+    pair:gap+attached_mode*90.) What is found is taken if it surely predicts better there than
+    all that was found before, or as well with no more numbers.
     """
     is_decay = campaign.data.model.excitation.role is None
-    if not is_decay or found.rigid or not known or not _leaves_more(found):
+    if not is_decay or found.rigid or not known:
+        return found
+    most = _most_numbers(found)
+    if most < found.linear.fit.hypothesis.size + FEWEST:
         return found
     if not say.has_time_for("effects further ahead"):
         return found
@@ -106,11 +110,17 @@ def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progre
     linear = before[0]
     if linear is None:
         return found
-    singles = beside(campaign, linear, form, known)
+    singles = beside(campaign, linear, form, known, most=most - 1)
     say("two effects further ahead")
     had = [one for one in before[1:] if one is not None]
-    firsts = _worth_their_numbers([*had, *singles])
-    pairs = [pair for first in firsts for pair in beside(campaign, first, form, known)[:FEW]]
+    firsts = _worth_their_numbers([
+        one for one in (*had, *singles) if one.hypothesis.size < most
+    ])
+    pairs = [
+        pair
+        for first in firsts
+        for pair in beside(campaign, first, form, known, most=most)[:FEW]
+    ]
     pairs.sort(key=lambda pair: pair.level)
     pairs += [one for pair in pairs[:FEW] for one in simpler_laws(campaign.data, pair, known)]
     new = [one for one in (*firsts, *pairs) if one not in had]
@@ -126,16 +136,19 @@ def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progre
     return there.with_effects(scores)
 
 
-def beside(campaign: Campaign, on: Fit, form: Form, known: Known) -> list[Fit]:
+def beside(
+    campaign: Campaign, on: Fit, form: Form, known: Known, *, most: float = np.inf
+) -> list[Fit]:
     """Return effects beside a fit to a form, fitted there, the best first.
 
-    Each start is simulated once; the numbers of the fit move along their slopes with it.
+    Each start is simulated once; the numbers of the fit move along their slopes with it. What
+    has more than `most` numbers in all is not tried.
     """
     looked_at = on.windows.some(LOOKED_AT)
     base = Base(on, looked_at)
     best: list[Moved] = []
     for starts in own_starts(on, known).values():
-        own = [start for start in starts if _goes_on(on, start[1])]
+        own = [one for one in starts if _goes_on(on, one[1]) and one[0].size <= most]
         best += base.best([*own, *map(_weaker, own)])[:1]
     ranked = _simplest_first([(one, one.logs) for one in best])
     simple = [one for one in ranked[FITTED:] if one.hypothesis.size == on.hypothesis.size + 1]
@@ -229,12 +242,16 @@ def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
     return surely or best.fit.hypothesis.size <= reached.fit.hypothesis.size
 
 
-def _leaves_more(found: Found) -> bool:
-    """Return whether the standing hypothesis leaves more than noise, there or further ahead."""
+def _most_numbers(found: Found) -> float:
+    """Return how many numbers a hypothesis may have to be tried beside the standing one.
+
+    No more than that, which leaves noise alone; any number where it leaves more, there or
+    further ahead.
+    """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
-    numbers = chosen.fit.hypothesis.size - found.linear.fit.hypothesis.size
-    return numbers >= RICH or leaves_more(found, chosen) or falls_short(found, chosen)
+    leaves = leaves_more(found, chosen) or falls_short(found, chosen)
+    return np.inf if leaves else chosen.fit.hypothesis.size
 
 
 def _predicted(found: Found, campaign: Campaign) -> list[Form]:
