@@ -13,7 +13,7 @@ from tests.campaign.chaos import FORKED, chaos
 from tests.campaign.light_work import light_work
 from tests.small_campaign import HEAD, ROW, write_campaign, write_recording
 
-from shakerproc.campaign.batch import Execution, Progress, run_batch
+from shakerproc.campaign.batch import BatchListener, Execution, run_batch
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.result_folder import locked, read_manifest
 from shakerproc.errors import LockedError, LogError
@@ -34,7 +34,7 @@ def batch(log, out, **options):
     told = {name: options.pop(name) for name in list(options) if name.startswith("on_")}
     how = {"work": light_work, "executor": HereExecutor()}
     how |= {name: options.pop(name) for name in list(options) if name in {*how, "hashes"}}
-    progress = Progress(**told)
+    progress = BatchListener(**told)
     return run_batch(
         read_testlog(log), out, products, Execution(**how), progress=progress, **options
     )

@@ -9,7 +9,7 @@ from tests.in_process import run
 from tests.small_campaign import RATE, samples, write_campaign
 
 from shakerproc.data import Channel, recording_of_arrays
-from shakerproc.diagnosis.result import Diagnosis, Errors, Pair, Where
+from shakerproc.diagnosis.result import BeforeAfter, Diagnosis, Errors, Where
 from shakerproc.recordings import write_tdms
 from shakerproc.workflows import diagnosis
 
@@ -129,7 +129,7 @@ def test_a_model_names_channels_that_it_does_not_need(campaign, command, capsys,
 
 def _judge_nothing(monkeypatch):
     """Let a diagnosis end at once: what is told of channels does not depend on it."""
-    none = Errors(Pair(1.0, 1.0), Pair(1.0, 1.0), 1.0)
+    none = Errors(BeforeAfter(1.0, 1.0), BeforeAfter(1.0, 1.0), 1.0)
     found = Diagnosis("cannot tell", "Nothing was tried.", (), (), none, (), Where(), ())
     monkeypatch.setattr(diagnosis, "diagnose_tests", lambda *_, **__: found)
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from shakerproc.diagnosis.data import Test, TestArrays, prepared
+from shakerproc.diagnosis.data import PreparedTest, TestArrays, prepared
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.models import Element, Excitation, Model, Sensor
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Damper, Spring
@@ -41,7 +41,9 @@ def joints_of(model: Model) -> tuple[tuple[str, str], ...]:
     return tuple(pairwise(names))
 
 
-def campaign(truth: Model, *, levels: Sequence[float] = (3.0, 10.0)) -> tuple[Test, ...]:
+def campaign(
+    truth: Model, *, levels: Sequence[float] = (3.0, 10.0)
+) -> tuple[PreparedTest, ...]:
     """Return noisy tests of a model shaken from 10 to 200 Hz at two rms levels [m/s^2]."""
     rng = np.random.default_rng(7)
     frequency = np.fft.rfftfreq(int(SECONDS * RATE), 1.0 / RATE)
@@ -61,7 +63,7 @@ def campaign(truth: Model, *, levels: Sequence[float] = (3.0, 10.0)) -> tuple[Te
     return prepared(arrays)
 
 
-def scales(model: Model, tests: Sequence[Test], joint: tuple[str, str]) -> JointScales:
+def scales(model: Model, tests: Sequence[PreparedTest], joint: tuple[str, str]) -> JointScales:
     """Return how a joint moves."""
     moved = DataSet(model, tuple(tests)).across(joint)
     displacement = max(float(np.max(np.abs(m.displacement))) for m in moved)
@@ -70,7 +72,7 @@ def scales(model: Model, tests: Sequence[Test], joint: tuple[str, str]) -> Joint
     return JointScales(displacement, velocity, 1e5 * displacement, 1e5, mass, SECONDS, 2000.0)
 
 
-def identifications(model: Model, tests: Sequence[Test], kinds: Sequence[str]):
+def identifications(model: Model, tests: Sequence[PreparedTest], kinds: Sequence[str]):
     """Return how to look for effects in every joint of a chain."""
     return {
         joint: {

@@ -7,11 +7,11 @@ import pytest
 
 from shakerproc.diagnosis.estimate import Estimate
 from shakerproc.diagnosis.headline import headline, probability_text
-from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Pair, Where
+from shakerproc.diagnosis.result import BeforeAfter, Diagnosis, Errors, Finding, Where
 from shakerproc.diagnosis.wording import found_sentence, more_sentence
 from shakerproc.testlog import Test
 
-ERRORS = Errors(Pair(0.8, 0.01), Pair(0.9, 0.011), 0.01)
+ERRORS = Errors(BeforeAfter(0.8, 0.01), BeforeAfter(0.9, 0.011), 0.01)
 GAP = Finding(
     "gap",
     ("base", "coupon"),
@@ -64,10 +64,10 @@ def test_what_tests_and_calibration_leave_open_stands_beside_a_number_and_what_n
     ],
 )
 def test_why_there_is_no_probability_is_said_in_few_words(left, floor, words):
-    errors = Errors(Pair(0.9, left), Pair(0.9, left), floor)
+    errors = Errors(BeforeAfter(0.9, left), BeforeAfter(0.9, left), floor)
     open_one = replace(FOUND, errors=errors, complete=False, confidence=None)
     assert probability_text(open_one) == f"no probability: {words}"
-    noise = Errors(Pair(0.9, 0.01), Pair(0.9, 0.01), 0.01)
+    noise = Errors(BeforeAfter(0.9, 0.01), BeforeAfter(0.9, 0.01), 0.01)
     of_component_test = replace(open_one, errors=noise, complete=True)
     assert probability_text(of_component_test) == ""
     assert probability_text(FOUND) == "exactly right with a probability of 97 %"
@@ -87,8 +87,10 @@ def test_a_stop_has_one_side_and_a_fault_no_joint():
 
 @pytest.mark.parametrize(("after", "said"), [(0.05, "to 0.05"), (0.09, "not in free runs")])
 def test_an_error_that_rises_in_free_runs_is_not_said_to_fall(after, said):
-    judged = Errors(Pair(0.08, 0.04), Pair(0.08, 0.04), 0.01, {"1": 0.8})
-    errors = Errors(Pair(0.08, after), Pair(0.08, after), 0.01, {"1": None}, None, judged)
+    judged = Errors(BeforeAfter(0.08, 0.04), BeforeAfter(0.08, 0.04), 0.01, {"1": 0.8})
+    errors = Errors(
+        BeforeAfter(0.08, after), BeforeAfter(0.08, after), 0.01, {"1": None}, None, judged
+    )
     sentence = found_sentence([Finding("gap", ("base", "mass"), {})], (), errors, ())
     assert said in sentence
     assert ("falls from" in sentence) == (after < 0.08)

@@ -11,7 +11,7 @@ from shakerproc.comparison.free_run_error import Scored
 from shakerproc.comparison.noise import LEFT, NOT_REFUTED, UNKNOWN, Refuted
 from shakerproc.comparison.noise_sources import ABOVE, DISAGREEMENT, QUIET, REPEATS
 from shakerproc.diagnosis.data import prepared
-from shakerproc.diagnosis.result import Errors, Pair
+from shakerproc.diagnosis.result import BeforeAfter, Errors
 
 
 @pytest.mark.parametrize(("moved", "refuted"), [(0.3, True), (0.005, False)])
@@ -105,5 +105,5 @@ def test_the_rest_before_a_test_stays_where_nothing_else_tells_its_noise():
 
 
 def test_an_unknown_floor_is_null_in_the_document():
-    errors = Errors(Pair(1.0, 0.1), Pair(1.0, 0.1), float("nan"))
+    errors = Errors(BeforeAfter(1.0, 0.1), BeforeAfter(1.0, 0.1), float("nan"))
     assert errors.as_json()["noise_floor"] is None

@@ -15,7 +15,15 @@ from typer.testing import CliRunner
 from shakerproc import comparison
 from shakerproc.cli import build_app
 from shakerproc.diagnosis.estimate import Estimate
-from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, NextTest, Pair, Tried, Where
+from shakerproc.diagnosis.result import (
+    BeforeAfter,
+    Diagnosis,
+    Errors,
+    Finding,
+    NextTest,
+    Tried,
+    Where,
+)
 from shakerproc.diagnosis.updated import updated_model
 from shakerproc.model_files import read_model
 from shakerproc.models import EFFECTS, Element
@@ -48,7 +56,7 @@ DIAGNOSIS = Diagnosis(
     sentence="The model lacks a gap.",
     effects=(Finding("gap", ("base", "coupon"), NUMBERS),),
     indistinguishable=("offset_gap",),
-    errors=Errors(Pair(0.5, 0.02), Pair(0.6, 0.03), 0.01),
+    errors=Errors(BeforeAfter(0.5, 0.02), BeforeAfter(0.6, 0.03), 0.01),
     candidates=(
         Tried("gap", ("base", "coupon"), 0.02, 0.03, NUMBERS),
         Tried("cubic_stiffness", ("base", "coupon"), 0.2, 0.25, {}),

@@ -80,7 +80,7 @@ class Execution:
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class BatchListener:
     """Functions that are told the progress of a batch.
 
     Attributes
@@ -99,7 +99,7 @@ class Progress:
     on_end: Callable[[str], object] = lambda _test: None
 
 
-UNTOLD: Final = Progress()
+UNTOLD: Final = BatchListener()
 
 
 def run_batch(
@@ -110,7 +110,7 @@ def run_batch(
     *,
     accept_changed: bool = False,
     only: Collection[int | str] | None = None,
-    progress: Progress = UNTOLD,
+    progress: BatchListener = UNTOLD,
 ) -> CampaignResult:
     """Process every test of a log that is not discarded and whose results do not stand.
 
@@ -132,7 +132,7 @@ def run_batch(
     only : collection of ids, optional
         Tests to process now; what is known of the others stays as it is, and those that
         were never processed are not in the result. By default all.
-    progress : Progress
+    progress : BatchListener
         What is told meanwhile; by default nothing.
 
     Returns

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shakerproc.campaign import trends
-from shakerproc.campaign.batch import CampaignResult, Progress
+from shakerproc.campaign.batch import BatchListener, CampaignResult
 from shakerproc.campaign.jobs import Products
 from shakerproc.campaign.trends import mode_shifts
 from shakerproc.cli import output
@@ -59,7 +59,7 @@ def work_through_log(
                 products,
                 machines,
                 accept_changed=accept_changed,
-                progress=Progress(
+                progress=BatchListener(
                     start, tell_outdated, lambda test: advance[0](f"(test {test} ended)")
                 ),
             )

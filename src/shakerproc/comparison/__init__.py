@@ -33,12 +33,13 @@ from shakerproc.comparison.own import as_means, at_samples
 from shakerproc.comparison.prediction import Prediction, predict
 from shakerproc.comparison.refit import FittedParameter, Refit, refit
 from shakerproc.comparison.verdict import explained, sentence
-from shakerproc.comparison.windows import Windows, run_windows, windows_of
+from shakerproc.comparison.windows import EvenWindows, run_windows, windows_of
 
 __all__ = [
     "COLUMNS",
     "Channels",
     "Comparison",
+    "EvenWindows",
     "FittedParameter",
     "Floor",
     "JointErrors",
@@ -54,7 +55,6 @@ __all__ = [
     "SensorErrors",
     "TestComparison",
     "Usable",
-    "Windows",
     "as_means",
     "at_samples",
     "by_range",

@@ -27,7 +27,7 @@ from shakerproc.comparison.noise import NOT_REFUTED
 from shakerproc.comparison.prediction import Prediction, predict
 from shakerproc.comparison.refit import Refit, refit
 from shakerproc.comparison.sensors import check_driven
-from shakerproc.comparison.windows import Windows
+from shakerproc.comparison.windows import EvenWindows
 from shakerproc.models import Model
 from shakerproc.testlog import TestLog
 
@@ -206,8 +206,8 @@ class Comparison:
         )
 
     @property
-    def windows(self) -> dict[str, Windows]:
-        """Windows of the tests whose motion is predicted in windows, by their names."""
+    def windows(self) -> dict[str, EvenWindows]:
+        """EvenWindows of the tests whose motion is predicted in windows, by their names."""
         found = {test.measured.name: test.prediction.windows for test in self.tests}
         return {name: windows for name, windows in found.items() if windows is not None}
 
@@ -249,7 +249,7 @@ def compare_tests(
     *,
     left_out: Sequence[str] = (),
     fit: bool = False,
-    windows: Mapping[str, Windows] = MappingProxyType({}),
+    windows: Mapping[str, EvenWindows] = MappingProxyType({}),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
     """Return the comparison of tests that are in memory.
@@ -268,7 +268,7 @@ def compare_tests(
 
 
 def _compared(
-    model: Model, test: Measured, windows: Windows | None, tell: Callable[[str], None]
+    model: Model, test: Measured, windows: EvenWindows | None, tell: Callable[[str], None]
 ) -> TestComparison:
     tell(f"test {test.name}")
     prediction = predict(model, test, windows=windows)
@@ -346,7 +346,7 @@ def scored_alike(
     tell : callable
         Told what is going on.
     """
-    shared: dict[str, Windows] = {}
+    shared: dict[str, EvenWindows] = {}
     for found in comparisons:
         for name, windows in found.windows.items():
             if name not in shared or windows.n_samples < shared[name].n_samples:
@@ -355,7 +355,7 @@ def scored_alike(
 
 
 def _in_windows(
-    found: Comparison, shared: dict[str, Windows], tell: Callable[[str], None]
+    found: Comparison, shared: dict[str, EvenWindows], tell: Callable[[str], None]
 ) -> Comparison:
     own = found.windows
     if all(own.get(name) is windows for name, windows in shared.items()):

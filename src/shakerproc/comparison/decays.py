@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.comparison.measured import Measured, usable_tests
 from shakerproc.comparison.own import TOLERANCE, as_means
-from shakerproc.comparison.windows import RUN_IN_PERIODS, Windows, fitted_starts
+from shakerproc.comparison.windows import RUN_IN_PERIODS, EvenWindows, fitted_starts
 from shakerproc.data import FloatArray
 from shakerproc.errors import DiagnosisError, SimulationError
 from shakerproc.models import Model
@@ -190,7 +190,7 @@ def _start(model: Model, test: Measured, rows: FloatArray, lowest: float) -> Flo
     """Return the motion at the start, fitted to the first periods of the lowest mode [SI]."""
     n, rate = rows.shape[1], test.sample_rate
     run_in = min(round(RUN_IN_PERIODS * rate / lowest), n // 2)
-    windows = Windows(np.zeros(1, np.int64), n, run_in)
+    windows = EvenWindows(np.zeros(1, np.int64), n, run_in)
     given = prepare(np.zeros(n), rate, tolerance=TOLERANCE)
     sizes = _sizes(model, rows[:, :run_in], 2.0 * np.pi * lowest)
     found: FloatArray = fitted_starts(model, given, as_means(model, rows), windows, sizes)[0]

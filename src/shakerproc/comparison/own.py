@@ -106,7 +106,7 @@ def own_of(model: Model, measured: Measured) -> tuple[Own, Input]:
     given = prepare_measured(measured.input, measured.sample_rate, imposed=imposed)
     if imposed:
         return Own(), given
-    problem = _Problem(model, measured, given)
+    problem = _OwnNumbers(model, measured, given)
     own = problem.solved()
     if not is_smooth(model):
         as_values = replace(own, values=True)
@@ -117,7 +117,7 @@ def own_of(model: Model, measured: Measured) -> tuple[Own, Input]:
 
 
 @final
-class _Problem:
+class _OwnNumbers:
     """Least squares for the numbers of one test."""
 
     def __init__(self, model: Model, measured: Measured, given: Input) -> None:

@@ -18,7 +18,7 @@ from shakerproc.comparison.own import (
 )
 from shakerproc.comparison.windows import (
     RUN_IN_PERIODS,
-    Windows,
+    EvenWindows,
     horizon_of,
     period_of_response,
     run_windows,
@@ -60,7 +60,7 @@ class Prediction:
         compared band [unit of the sensor].
     input : (n,) array
         The input within the compared band [m/s^2 or N].
-    windows : Windows, optional
+    windows : EvenWindows, optional
         Where the motion cannot be predicted as a whole.
     """
 
@@ -72,7 +72,7 @@ class Prediction:
     predicted: FloatArray
     input: FloatArray
     own: Own
-    windows: Windows | None = None
+    windows: EvenWindows | None = None
 
     @property
     def residual(self) -> FloatArray:
@@ -100,7 +100,9 @@ class Prediction:
         return self.windows.n_samples / self.measured.sample_rate
 
 
-def predict(model: Model, measured: Measured, *, windows: Windows | None = None) -> Prediction:
+def predict(
+    model: Model, measured: Measured, *, windows: EvenWindows | None = None
+) -> Prediction:
     """Return the response of the model to the input of a test.
 
     Parameters
@@ -109,7 +111,7 @@ def predict(model: Model, measured: Measured, *, windows: Windows | None = None)
         What is shaken.
     measured : Measured
         The test.
-    windows : Windows, optional
+    windows : EvenWindows, optional
         Windows of another model of the same test, so that both are scored alike; by default
         those in which the motion of this one is predictable.
 
@@ -181,7 +183,7 @@ def _scored(
     own: Own,
     given: Input,
     *,
-    windows: Windows | None,
+    windows: EvenWindows | None,
     sizes: FloatArray,
 ) -> tuple[Scored, FloatArray]:
     """Return the scored samples, and how the simulated ones move under noise of the input."""
@@ -252,7 +254,7 @@ def _only_sensed(simulation: SimulatedResponse, model: Model) -> SimulatedRespon
 
 def _windows(
     model: Model, measured: Measured, given: Input, simulation: SimulatedResponse
-) -> Windows:
+) -> EvenWindows:
     """Return the windows in which the motion of a model is predictable."""
     horizon = horizon_of(model, given, simulation.motion, measured.start)
     period = period_of_response(

@@ -1,4 +1,4 @@
-"""Windows of a test, where no model predicts its motion as a whole; their starts fitted."""
+"""EvenWindows of a test, where no model predicts its motion as a whole; their starts fitted."""
 
 from dataclasses import dataclass
 from typing import Final, final
@@ -27,8 +27,8 @@ _SHORTENED: Final = (1.0, 0.25, 0.0625)  # steps that are tried
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Windows:
-    """Windows of one length.
+class EvenWindows:
+    """EvenWindows of one length.
 
     Attributes
     ----------
@@ -52,11 +52,11 @@ class Windows:
         return inside
 
 
-def windows_of(start: int, stop: int, horizon: int, run_in: int) -> Windows:
+def windows_of(start: int, stop: int, horizon: int, run_in: int) -> EvenWindows:
     """Return the windows of samples `start` to `stop`, none of which is cut short."""
     length = min(max(horizon, SHORTEST * run_in), stop - start)
     count = max(1, (stop - start) // length)
-    return Windows(start + length * np.arange(count), length, min(run_in, length // 2))
+    return EvenWindows(start + length * np.arange(count), length, min(run_in, length // 2))
 
 
 def period_of_response(
@@ -117,7 +117,7 @@ def run_windows(
     model: Model,
     given: Input,
     measured: FloatArray,
-    windows: Windows,
+    windows: EvenWindows,
     motion_sizes: FloatArray,
 ) -> FloatArray:
     """Return signals of the sensors in windows, each from a start fitted to its run-in.
@@ -132,7 +132,7 @@ def run_windows(
         What shakes it in this test.
     measured : (n_sensors, n) array
         What the sensors measured [SI].
-    windows : Windows
+    windows : EvenWindows
         The windows.
     motion_sizes : (n_motions,) array
         Usual size of every motion, in the order of `motions_of` [SI].
@@ -161,7 +161,7 @@ def fitted_starts(
     model: Model,
     given: Input,
     measured: FloatArray,
-    windows: Windows,
+    windows: EvenWindows,
     motion_sizes: FloatArray,
 ) -> FloatArray:
     """Return the motion with which each window of `run_windows` begins.
@@ -195,7 +195,7 @@ class _Starts:
         model: Model,
         given: Input,
         measured: FloatArray,
-        windows: Windows,
+        windows: EvenWindows,
         motion_sizes: FloatArray,
     ) -> None:
         self.model, self.given = model, given

@@ -12,7 +12,7 @@ from shakerproc.diagnosis.estimation.intervals import estimates, linear_estimate
 from shakerproc.diagnosis.estimation.windows import whole_tests
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, mode_notes
 from shakerproc.diagnosis.one_effect import Fitted, fitted_effect
-from shakerproc.diagnosis.result import Errors, Pair
+from shakerproc.diagnosis.result import BeforeAfter, Errors
 from shakerproc.diagnosis.selection.errors import (
     error_of,
     error_of_scored,
@@ -253,8 +253,10 @@ def _errors(fitted: Fitted) -> tuple[Errors, str]:
         for one in (fitted.before, fitted.without.fit, after)
     )
     errors = Errors(
-        Pair(*(error_of(data, one, form.scored_fitted) for one in (fitted.before, after))),
-        Pair(error_of_scored(before_held), error_of_scored(held)),
+        BeforeAfter(
+            *(error_of(data, one, form.scored_fitted) for one in (fitted.before, after))
+        ),
+        BeforeAfter(error_of_scored(before_held), error_of_scored(held)),
         pooled_floor(floors_of(data, after, form.held_out)),
         {test.name: form.horizon for test in data.tests},
     )

@@ -9,7 +9,7 @@ from shakerproc.comparison.noise import Refuted
 from shakerproc.diagnosis import component_tests
 from shakerproc.diagnosis.beside import with_all
 from shakerproc.diagnosis.campaign import as_it_is, campaign_of
-from shakerproc.diagnosis.data import Test, TestArrays, check, prepared, with_noise_of
+from shakerproc.diagnosis.data import PreparedTest, TestArrays, check, prepared, with_noise_of
 from shakerproc.diagnosis.data.from_files import arrays, tests_of
 from shakerproc.diagnosis.estimation.linear import as_given
 from shakerproc.diagnosis.found import Found
@@ -145,7 +145,7 @@ def diagnose_arrays(
     seek = search_component_tests if imposed else search
     refuted: dict[str, Refuted] = {}
 
-    def estimated(less: Mapping[str, Refuted]) -> Sequence[Test]:
+    def estimated(less: Mapping[str, Refuted]) -> Sequence[PreparedTest]:
         return prepared(tests, imposed=imposed, refuted=less)
 
     found = seek(known, estimated(refuted), say)
@@ -162,7 +162,7 @@ def diagnose_arrays(
     return replace(verdict, notes=(*verdict.notes, *refuted_notes(refuted), *say.notes))
 
 
-def search_component_tests(model: Model, tests: Sequence[Test], say: Progress) -> Found:
+def search_component_tests(model: Model, tests: Sequence[PreparedTest], say: Progress) -> Found:
     """Return which single effect explains the force over an imposed motion, and how well.
 
     Raises
@@ -203,7 +203,7 @@ def search_component_tests(model: Model, tests: Sequence[Test], say: Progress) -
 
 
 def judged_again(
-    model: Model, before: Found, tests: Sequence[Test], say: Progress
+    model: Model, before: Found, tests: Sequence[PreparedTest], say: Progress
 ) -> Found | None:
     """Return the hypotheses, fitted and judged at the horizon by another noise.
 

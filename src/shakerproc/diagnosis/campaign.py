@@ -6,7 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.beginnings import as_in
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import forms_of
@@ -29,19 +29,19 @@ class Campaign:
     ----------
     data : DataSet
         The tests, and the model with its further modes, as it is fitted.
-    fitted : tuple of Test
+    fitted : tuple of PreparedTest
         Those that may be fitted to.
     known : mapping of joint to mapping of str to Identification
         What each effect says of each joint.
     """
 
     data: DataSet
-    fitted: tuple[Test, ...]
+    fitted: tuple[PreparedTest, ...]
     known: Known
 
 
 def campaign_of(
-    model: Model, tests: Sequence[Test], scaled_by: Scale | None = None
+    model: Model, tests: Sequence[PreparedTest], scaled_by: Scale | None = None
 ) -> Campaign:
     """Return the shared data of hypotheses, from a model with further modes and the tests.
 

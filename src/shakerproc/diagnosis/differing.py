@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
@@ -70,7 +70,7 @@ def alone(campaign: Campaign, linear: Fit, form: Form) -> tuple[Campaign, bool]:
     return campaign, score.is_noise and not beside
 
 
-def scales_between(tests: Sequence[Test]) -> tuple[Scale, ...]:
+def scales_between(tests: Sequence[PreparedTest]) -> tuple[Scale, ...]:
     """Return the conditions in which tests that are fitted differ, each at its largest.
 
     An effect that is missing may be scaled by one that every test says and that is never below

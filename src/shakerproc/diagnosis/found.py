@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.comparison.noise import EXCESS
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.data.sensor_faults import Hum
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.form import Form
@@ -61,7 +61,7 @@ class Found:
         By how much each sensor was found late and was advanced before all else [s].
     hums : tuple of Hum
         Hum of the mains that was taken away.
-    recorded : tuple of Test
+    recorded : tuple of PreparedTest
         The tests as recorded; those of `data` where none are given.
     """
 
@@ -79,7 +79,7 @@ class Found:
     signs: tuple[float, ...] = ()
     late: tuple[float, ...] = ()
     hums: tuple[Hum, ...] = ()
-    recorded: tuple[Test, ...] = ()
+    recorded: tuple[PreparedTest, ...] = ()
     _left: dict[Score, float] = field(default_factory=dict)
     _floors: dict[Score, dict[int, FloatArray]] = field(default_factory=dict)
     _free_runs: dict[Score, Score | None] = field(default_factory=dict)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.linear_response import DrivenMode
 from shakerproc.models import Element, Mode
 from shakerproc.models.effects import Table
@@ -119,7 +119,7 @@ class FurtherMode:
 
 
 def mode_notes(
-    modes: Sequence[FurtherMode], driven: Sequence[DrivenMode], tests: Sequence[Test]
+    modes: Sequence[FurtherMode], driven: Sequence[DrivenMode], tests: Sequence[PreparedTest]
 ) -> list[str]:
     """Return which further modes of tests were fitted, and which taken away, if any."""
     fitted = f"Fitted as linear: {_modes_at(modes)}."

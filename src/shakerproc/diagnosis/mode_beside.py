@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.correction import without_driven
 from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.further_modes import APART, MOST, WIDEST
@@ -52,9 +52,9 @@ DAMPING_RATIO: Final = 0.01
 def with_modes_beside(
     outcome: Outcome,
     linear_model: LinearModel,
-    tests: Sequence[Test],
+    tests: Sequence[PreparedTest],
     say: Progress,
-) -> tuple[LinearModel, Sequence[Test]] | None:
+) -> tuple[LinearModel, Sequence[PreparedTest]] | None:
     """Return a linear model with modes that the best hypothesis with an effect lacks.
 
     And the tests that it is to explain; None where no mode is missing.
@@ -65,7 +65,7 @@ def with_modes_beside(
         What is left of the hypotheses.
     linear_model : LinearModel
         What they stand on.
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         What they explain.
     say : Progress
         Called with what is being tried, and asked whether there is time for it.

@@ -13,7 +13,7 @@ from shakerproc.diagnosis.campaign import (
     own_numbers,
     raced_alone,
 )
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.beginnings import as_table
 from shakerproc.diagnosis.estimation.correction import corrected, is_unusual, without_driven
 from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -89,7 +89,7 @@ class Fitted:
 
 
 def fitted_effect(
-    model: Model, tests: Sequence[Test], wanted: Wanted, say: Callable[[str], None]
+    model: Model, tests: Sequence[PreparedTest], wanted: Wanted, say: Callable[[str], None]
 ) -> Fitted:
     """Return an effect fitted jointly with the model's own numbers.
 
@@ -112,7 +112,7 @@ def fitted_effect(
 def _fitted(
     original: Model,
     linear_model: LinearModel,
-    tests: Sequence[Test],
+    tests: Sequence[PreparedTest],
     wanted: Wanted,
     say: Callable[[str], None],
 ) -> Fitted:
@@ -146,7 +146,7 @@ def _fitted(
 
 
 def _in_component_tests(
-    model: Model, tests: Sequence[Test], wanted: Wanted, say: Callable[[str], None]
+    model: Model, tests: Sequence[PreparedTest], wanted: Wanted, say: Callable[[str], None]
 ) -> Fitted:
     """Return the effect fitted to tests in which a motion is imposed.
 
@@ -208,7 +208,7 @@ def _as_fitted(
     return Fitted(campaign.data, form, before, without, with_effect)
 
 
-def _campaign(model: Model, tests: Sequence[Test], wanted: Wanted) -> Campaign:
+def _campaign(model: Model, tests: Sequence[PreparedTest], wanted: Wanted) -> Campaign:
     """Return shared data of hypotheses, the wanted joint among the others under its name."""
     campaign = campaign_of(model, tests, wanted.scaled_by)
     joint = wanted.between

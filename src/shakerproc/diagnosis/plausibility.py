@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.comparison.measured import Measured
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.diagnosis.screening.transfer import LinearModel, linear_model
+from shakerproc.diagnosis.screening.transfer import LinearPart, linear_model
 from shakerproc.errors import DiagnosisError
 from shakerproc.models import Model
 from shakerproc.spectra import coherence, cross_spectra, h1
@@ -88,7 +88,7 @@ def check_plausible(model: Model, tests: Sequence[Measured]) -> None:
 class _Looked:
     """Gains of a test, (n_sensors, n_frequencies), and the model's; no frequencies for none."""
 
-    linear: LinearModel
+    linear: LinearPart
     test: Measured
     frequency: FloatArray
     measured: ComplexArray
@@ -123,7 +123,7 @@ def _logarithms(gains: ComplexArray) -> FloatArray:
     return np.asarray(np.log(np.maximum(np.abs(gains), np.finfo(float).tiny)))
 
 
-def _looked(linear: LinearModel, test: Measured) -> _Looked:
+def _looked(linear: LinearPart, test: Measured) -> _Looked:
     """Return the gains of a test at no more frequencies than it takes."""
     part = slice(test.start, test.stop)
     rows = np.vstack([test.input[part], test.responses[:, part]])
@@ -180,7 +180,7 @@ def _exchanged(model: Model, looked: _Looked) -> Iterator[tuple[float, str]]:
             yield looked.distance(looked.modelled, swapped), text
 
 
-def _units(linear: LinearModel, looked: _Looked) -> Iterator[tuple[float, str]]:
+def _units(linear: LinearPart, looked: _Looked) -> Iterator[tuple[float, str]]:
     """Return how well the test is explained by stiffness over mass in other units.
 
     Damping over mass goes with it where the mass is wrong, and stays where the stiffness is.

@@ -53,7 +53,7 @@ class Finding:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Pair:
+class BeforeAfter:
     """An error before and after, as a share of the response [-]."""
 
     before: float
@@ -71,7 +71,7 @@ class Errors:
 
     Attributes
     ----------
-    fitted, held_out : Pair
+    fitted, held_out : BeforeAfter
         Before and after.
     noise_floor : float
         What even the true model would leave [-].
@@ -86,8 +86,8 @@ class Errors:
         None where that is the same.
     """
 
-    fitted: Pair
-    held_out: Pair
+    fitted: BeforeAfter
+    held_out: BeforeAfter
     noise_floor: float
     horizon_s: Mapping[str, float | None] = field(default_factory=dict)
     without: float | None = None

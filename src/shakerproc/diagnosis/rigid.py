@@ -6,7 +6,7 @@ import numpy as np
 
 from shakerproc.comparison.free_run_error import in_band
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.estimation.residuals import predict
 from shakerproc.diagnosis.estimation.windows import every_test
@@ -70,7 +70,7 @@ def _simulated(data: DataSet) -> tuple[FloatArray, ...] | None:
 
 
 def _acceleration(
-    data: DataSet, test: Test, responses: FloatArray, side: str
+    data: DataSet, test: PreparedTest, responses: FloatArray, side: str
 ) -> tuple[FloatArray, float] | None:
     """Return the absolute acceleration of a place and its noise; None where none is known."""
     if side == BASE:
@@ -83,7 +83,7 @@ def _acceleration(
     return None
 
 
-def _power(test: Test) -> float:
+def _power(test: PreparedTest) -> float:
     """Return the power of the noise of the input within the band [(m/s^2)^2]."""
     noise = test.noise_density
     inside = (noise.frequency >= test.band[0]) & (noise.frequency <= test.band[1])

@@ -7,7 +7,7 @@ from typing import Final, final
 
 from shakerproc.diagnosis.beside import with_all, with_pairs_ahead
 from shakerproc.diagnosis.campaign import campaign_of, own_numbers, raced_alone
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.data.sensor_faults import hum_of
 from shakerproc.diagnosis.differing import alone, scales_between, where_tests_differ
 from shakerproc.diagnosis.estimation.correction import (
@@ -43,14 +43,14 @@ MUCH: Final = 0.5
 enough to be judged before others are tried [-]."""
 
 
-def search(model: Model, tests: Sequence[Test], say: Progress) -> Found:
+def search(model: Model, tests: Sequence[PreparedTest], say: Progress) -> Found:
     """Return which effects explain the tests, and how well.
 
     Parameters
     ----------
     model : Model
         The model as it is.
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         Those that are held out are only scored.
     say : Progress
         Called with what is being tried, and asked whether there is time for more.
@@ -74,7 +74,7 @@ def search(model: Model, tests: Sequence[Test], say: Progress) -> Found:
     )
 
 
-def _with_chain(model: Model, tests: Sequence[Test], say: Progress) -> Found:
+def _with_chain(model: Model, tests: Sequence[PreparedTest], say: Progress) -> Found:
     """Return the search for sensors the right way round, corrected where that is better."""
     linear = fit_linear(model, tests)
     tests = without_driven(tests, linear)
@@ -90,7 +90,7 @@ def _with_chain(model: Model, tests: Sequence[Test], say: Progress) -> Found:
 def _corrected_or_not(
     model: Model,
     linear: LinearModel,
-    tests: Sequence[Test],
+    tests: Sequence[PreparedTest],
     say: Progress,
 ) -> Found:
     """Return the search with the tests as recorded or corrected, whichever leaves less.
@@ -159,7 +159,7 @@ class Begun:
 def _begun(
     original: Model,
     linear_model: LinearModel,
-    tests: Sequence[Test],
+    tests: Sequence[PreparedTest],
     say: Progress,
     scaled_by: Scale | None = None,
 ) -> Begun:

@@ -16,7 +16,7 @@ from shakerproc.diagnosis.hypotheses.own_numbers import (
     sharing,
     with_values,
 )
-from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Pair
+from shakerproc.diagnosis.result import BeforeAfter, Diagnosis, Errors, Finding
 from shakerproc.errors import SimulationError
 from shakerproc.model_files.writing import within
 from shakerproc.models import EFFECTS, Element, Model
@@ -198,7 +198,8 @@ class Comparisons:
         except SimulationError:
             return own
         pairs = [
-            Pair(a, b) for a, b in ((was.fitted, now.fitted), (was.held_out, now.held_out))
+            BeforeAfter(a, b)
+            for a, b in ((was.fitted, now.fitted), (was.held_out, now.held_out))
             if a is not None and b is not None
         ]  # fmt: skip
         floor = now.held_out_noise

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any, Unpack, final
 
 from shakerproc import __version__, files
 from shakerproc.campaign import tables, trends
-from shakerproc.campaign.batch import UNTOLD, CampaignResult, Execution, Progress, run_batch
+from shakerproc.campaign.batch import (
+    UNTOLD,
+    BatchListener,
+    CampaignResult,
+    Execution,
+    run_batch,
+)
 from shakerproc.campaign.earlier import Earlier, change_columns, changes, read_earlier
 from shakerproc.campaign.jobs import Products, RemoteExecutor, RemoteHashes, relative_recording
 from shakerproc.campaign.result_folder import check_result_folder, locked, settle
@@ -262,7 +268,7 @@ def run_log(
     *,
     accept_changed: bool = False,
     only: Collection[int | str] | None = None,
-    progress: Progress = UNTOLD,
+    progress: BatchListener = UNTOLD,
 ) -> CampaignResult:
     """Return how every test of a log went, its results in a folder; see `run_batch`."""
     executor = machines.executor(prepare if products.figures else None)

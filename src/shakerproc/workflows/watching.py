@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias, final
 
 from shakerproc import files
 from shakerproc.campaign import result_folder
-from shakerproc.campaign.batch import CampaignResult, Progress
+from shakerproc.campaign.batch import BatchListener, CampaignResult
 from shakerproc.campaign.jobs import Products, folder_names
 from shakerproc.campaign.result_folder import read_manifest
 from shakerproc.errors import LogError, RecordingError, ShakerprocError
@@ -405,7 +405,7 @@ class Watch:
             self._machines,
             accept_changed=True,
             only=due,
-            progress=Progress(on_end=ended.append),
+            progress=BatchListener(on_end=ended.append),
         )
         if campaign.kept:
             self._tell(f"{campaign.kept} reused from an earlier watch or batch")

@@ -2,15 +2,19 @@
 
 import pytest
 
-from shakerproc.diagnosis.result import Errors, Pair
+from shakerproc.diagnosis.result import BeforeAfter, Errors
 from shakerproc.diagnosis.selection.tried import holds_in_whole_tests
 
 
 def told(before, after, without, noise=0.01):
     """Return errors as `compare` tells them, beside those of candidates."""
-    own = Errors(Pair(0.07, 0.04), Pair(0.07, 0.04), 0.045)
+    own = Errors(BeforeAfter(0.07, 0.04), BeforeAfter(0.07, 0.04), 0.045)
     return Errors(
-        Pair(before, after), Pair(before, after), noise, without=without, of_candidates=own
+        BeforeAfter(before, after),
+        BeforeAfter(before, after),
+        noise,
+        without=without,
+        of_candidates=own,
     )
 
 
@@ -32,7 +36,9 @@ def test_noise_that_parts_the_motion_is_no_fault_of_the_effect():
 
 
 def test_errors_that_candidates_tell_need_no_second_judgement():
-    assert holds_in_whole_tests(Errors(Pair(1.0, 0.9), Pair(1.0, 0.9), 0.01), effects=True)
+    assert holds_in_whole_tests(
+        Errors(BeforeAfter(1.0, 0.9), BeforeAfter(1.0, 0.9), 0.01), effects=True
+    )
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from shakerproc.comparison import Scored
-from shakerproc.diagnosis.data import JointMotion
+from shakerproc.diagnosis.data import RelativeMotion
 from shakerproc.diagnosis.result import Where
 from shakerproc.diagnosis.selection.where import Failed, where_it_fails
 
@@ -21,7 +21,7 @@ def failed(name, missed):
     known = np.sin(2.0 * np.pi * 30.0 * T)
     counted = T > 0.5
     scored = Scored((known + missed)[None], known[None], RATE, BAND, counted)
-    return Failed(name, scored, JointMotion(SWAY, np.gradient(SWAY, 1.0 / RATE)))
+    return Failed(name, scored, RelativeMotion(SWAY, np.gradient(SWAY, 1.0 / RATE)))
 
 
 def tone(frequency, size):

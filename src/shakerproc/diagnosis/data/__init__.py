@@ -1,8 +1,8 @@
 """Tests as arrays: what drives, what answers, what is held out, how noisy it is."""
 
-from shakerproc.diagnosis.data.motion import JointMotion, members_of, models_of
+from shakerproc.diagnosis.data.motion import RelativeMotion, members_of, models_of
 from shakerproc.diagnosis.data.tests import (
-    Test,
+    PreparedTest,
     TestArrays,
     check,
     prepared,
@@ -10,8 +10,8 @@ from shakerproc.diagnosis.data.tests import (
 )
 
 __all__ = [
-    "JointMotion",
-    "Test",
+    "PreparedTest",
+    "RelativeMotion",
     "TestArrays",
     "check",
     "members_of",

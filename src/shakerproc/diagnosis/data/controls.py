@@ -7,19 +7,19 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data.tests import Test
+from shakerproc.diagnosis.data.tests import PreparedTest
 from shakerproc.spectra import CrossSpectra, cross_spectra, psd
 
 _SEGMENTS: Final = 24  # of a test, for its coherence
 _FEWEST: Final = 2  # of a short one, which overlap by half
 
 
-def spectra_of(test: Test, rows: FloatArray) -> CrossSpectra:
+def spectra_of(test: PreparedTest, rows: FloatArray) -> CrossSpectra:
     """Return the cross-spectra of rows in the judged part of a test.
 
     Parameters
     ----------
-    test : Test
+    test : PreparedTest
         Which test.
     rows : (n_rows, n_samples) array
         As long as the test.
@@ -77,7 +77,7 @@ def contrasts(n_controls: int) -> FloatArray:
     return found
 
 
-def sways_of(tests: Sequence[Test]) -> Sways:
+def sways_of(tests: Sequence[PreparedTest]) -> Sways:
     """Return how the controls of tests disagree, where most of that comes with their mean."""
     controls = [test.arrays.controls for test in tests]
     turned = contrasts(len(controls[0])).T
@@ -99,7 +99,7 @@ def _rms(rows: Sequence[FloatArray]) -> FloatArray:
 
 
 def _coherent(
-    tests: Sequence[Test], means: Sequence[FloatArray], apart: Sequence[FloatArray]
+    tests: Sequence[PreparedTest], means: Sequence[FloatArray], apart: Sequence[FloatArray]
 ) -> float:
     """Return the share of the power of differences that comes with the mean [-]."""
     part, whole = 0.0, 0.0

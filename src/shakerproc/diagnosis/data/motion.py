@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.diagnosis.data.tests import Test
+from shakerproc.diagnosis.data.tests import PreparedTest
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import coordinates_of
 from shakerproc.simulation import TOLD_APART
@@ -25,7 +25,7 @@ ANTI_ALIAS: Final = 0.3
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class JointMotion:
+class RelativeMotion:
     """Motion across one joint in one test.
 
     Attributes
@@ -66,7 +66,7 @@ def input_load(system: System) -> FloatArray:
     return load
 
 
-def coordinate_displacements(model: Model, test: Test) -> FloatArray:
+def coordinate_displacements(model: Model, test: PreparedTest) -> FloatArray:
     """Return displacements of masses and modes of structures, (n_coordinates, n) array [m].
 
     A place with a sensor moves as measured; below `TRUSTED_FROM` of the lowest natural
@@ -114,7 +114,7 @@ def lowest_frequency(system: System) -> float:
 
 
 def _measured_spectra(
-    model: Model, test: Test, drive: ComplexArray, frequency: FloatArray, length: int
+    model: Model, test: PreparedTest, drive: ComplexArray, frequency: FloatArray, length: int
 ) -> dict[str, tuple[ComplexArray, bool]]:
     """Return relative displacement of each place with a sensor, and if it was integrated."""
     omega = 2.0 * np.pi * frequency
@@ -136,7 +136,7 @@ def _measured_spectra(
     return found
 
 
-def coordinate_motions(model: Model, test: Test) -> FloatArray:
+def coordinate_motions(model: Model, test: PreparedTest) -> FloatArray:
     """Return displacements [m], then velocities [m/s], (2 n_coordinates, n) array.
 
     Of masses and modes of structures; see `coordinate_displacements`.
@@ -145,11 +145,11 @@ def coordinate_motions(model: Model, test: Test) -> FloatArray:
     return np.concatenate([moved, [slope(row, test.sample_rate) for row in moved]])
 
 
-def joint_motion(model: Model, motion: FloatArray, joint: tuple[str, str]) -> JointMotion:
+def joint_motion(model: Model, motion: FloatArray, joint: tuple[str, str]) -> RelativeMotion:
     """Return the motion across a joint [m], [m/s]; see `coordinate_motions`."""
     n = model.n_coordinates
     across = coordinates_of(model, ()).across(joint)[:n]
-    return JointMotion(across @ motion[:n], across @ motion[n:])
+    return RelativeMotion(across @ motion[:n], across @ motion[n:])
 
 
 def slope(samples: FloatArray, sample_rate: float) -> FloatArray:
@@ -171,14 +171,14 @@ def closed(samples: FloatArray, length: int) -> FloatArray:
     return np.concatenate([samples, bridge])
 
 
-def frequency_of(motions: Sequence[JointMotion]) -> float:
+def frequency_of(motions: Sequence[RelativeMotion]) -> float:
     """Return the frequency of a harmonic motion of this velocity and displacement [Hz]."""
     velocity = sum(float(np.sum(motion.velocity**2)) for motion in motions)
     displacement = sum(float(np.sum(motion.displacement**2)) for motion in motions)
     return float(np.sqrt(velocity / max(displacement, 1e-300)) / (2.0 * np.pi))
 
 
-def models_of(model: Model, tests: Sequence[Test]) -> tuple[Model, ...]:
+def models_of(model: Model, tests: Sequence[PreparedTest]) -> tuple[Model, ...]:
     """Return the model of each test: that under its conditions, one where these are alike."""
     made: dict[tuple[float, ...], Model] = {}
     found = []

@@ -92,7 +92,7 @@ class TestArrays:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Test:
+class PreparedTest:
     """One test as the estimation needs it.
 
     Attributes
@@ -170,7 +170,7 @@ class Test:
         """
         return self.quiet is not None and bool(np.any(self.input))
 
-    def shaken(self, generator: np.random.Generator) -> "Test":
+    def shaken(self, generator: np.random.Generator) -> "PreparedTest":
         """Return the test with as much noise again on its input and its responses."""
         noise, size = self.noise_density, (self.n_samples, self.sample_rate)
         return replace(
@@ -185,7 +185,7 @@ def prepared(
     *,
     imposed: bool = False,
     refuted: Mapping[str, Refuted] = MappingProxyType({}),
-) -> tuple[Test, ...]:
+) -> tuple[PreparedTest, ...]:
     """Return tests as the estimation needs them.
 
     Parameters
@@ -209,7 +209,7 @@ def prepared(
     return tuple(found)
 
 
-def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
+def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> PreparedTest:
     controls = arrays.controls - arrays.controls.mean(axis=1, keepdims=True)
     driven = bool(np.any(controls))
     responses = arrays.responses - offsets_of(arrays.responses, driven=driven)
@@ -228,7 +228,7 @@ def _prepared(arrays: TestArrays, noise: Noise, *, imposed: bool) -> Test:
     inside = noise.frequency <= highest
     own = np.sqrt(np.sum(noise.responses[:, inside], axis=1) * float(noise.frequency[0]))
     at_limit, limits = clipped(arrays.responses)
-    return Test(
+    return PreparedTest(
         arrays=arrays,
         input=(arrays.controls if imposed else controls).mean(axis=0),
         responses=responses,
@@ -254,7 +254,9 @@ def _run_in(drive: FloatArray, sample_rate: float) -> int:
     return first if first and power[-1] > 0.0 and power[first - 1] <= 0.5 * power[-1] else 0
 
 
-def with_noise_of(tests: Sequence[Test], others: Sequence[Test]) -> tuple[Test, ...]:
+def with_noise_of(
+    tests: Sequence[PreparedTest], others: Sequence[PreparedTest]
+) -> tuple[PreparedTest, ...]:
     """Return tests with the noise of others in its place."""
     pairs = zip(tests, others, strict=True)
     return tuple(

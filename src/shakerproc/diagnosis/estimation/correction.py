@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from shakerproc.comparison.measured import UNCALIBRATED
 from shakerproc.comparison.own import at_samples
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.data.sensor_faults import Hum, hum_in
 from shakerproc.diagnosis.estimation.columns import DELAY_SPREAD
 from shakerproc.diagnosis.estimation.linear import (
@@ -51,7 +51,7 @@ def explains(linear: LinearModel) -> bool:
     return meant and max(linear.left.values()) < LINEAR_ENOUGH
 
 
-def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
+def corrected(tests: Sequence[PreparedTest], linear: LinearModel) -> tuple[PreparedTest, ...]:
     """Return tests as they would be without what is unusual of their chain of measurement.
 
     What is usual stays, to be estimated with the physics: a strong effect passes for a small
@@ -67,7 +67,9 @@ def corrected(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
     return tuple(out)
 
 
-def turned_and_late(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, FloatArray]:
+def turned_and_late(
+    model: Model, tests: Sequence[PreparedTest]
+) -> tuple[FloatArray, FloatArray]:
     """Return the sign of each sensor [-] and its delay [s] where that is large.
 
     A sensor is late if the model with all its linear numbers fitted leaves half of the power
@@ -78,7 +80,7 @@ def turned_and_late(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, Fl
     ----------
     model : Model
         The prior.
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         As recorded.
     """
     signs, late = signs_and_delays(model, tests)
@@ -95,12 +97,14 @@ def _power_left(linear: LinearModel) -> float:
     return float(np.mean(np.square(list(linear.left.values()))))
 
 
-def turned(tests: Sequence[Test], signs: FloatArray, delay: FloatArray) -> tuple[Test, ...]:
+def turned(
+    tests: Sequence[PreparedTest], signs: FloatArray, delay: FloatArray
+) -> tuple[PreparedTest, ...]:
     """Return tests whose sensors are the right way round and in time.
 
     Parameters
     ----------
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         As recorded.
     signs : (n_sensors,) array
         -1 for those that are to be turned, else 1.
@@ -116,7 +120,7 @@ def turned(tests: Sequence[Test], signs: FloatArray, delay: FloatArray) -> tuple
     return tuple(out)
 
 
-def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]:
+def residuals_of(linear: LinearModel, tests: Sequence[PreparedTest]) -> list[FloatArray]:
     """Return the residuals of the linear model in every test, (n_sensors, n) arrays."""
     out = []
     for test in tests:
@@ -128,7 +132,9 @@ def residuals_of(linear: LinearModel, tests: Sequence[Test]) -> list[FloatArray]
     return out
 
 
-def without_driven(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ...]:
+def without_driven(
+    tests: Sequence[PreparedTest], linear: LinearModel
+) -> tuple[PreparedTest, ...]:
     """Return tests without what further modes add that the drive alone excites.
 
     At every level it is the same: what a joint does excites them little.
@@ -141,8 +147,8 @@ def without_driven(tests: Sequence[Test], linear: LinearModel) -> tuple[Test, ..
 
 
 def without_hum(
-    tests: Sequence[Test], residuals: Sequence[FloatArray], hums: Sequence[Hum]
-) -> tuple[Test, ...]:
+    tests: Sequence[PreparedTest], residuals: Sequence[FloatArray], hums: Sequence[Hum]
+) -> tuple[PreparedTest, ...]:
     """Return tests without the hum of their sensors, told from what the linear model leaves."""
     out = []
     for test, left in zip(tests, residuals, strict=True):

@@ -12,7 +12,7 @@ from shakerproc.comparison.held_out import held_out_samples
 from shakerproc.comparison.own import as_means, constant_spread
 from shakerproc.comparison.prediction import DRAWS
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.diagnosis.data import PreparedTest, RelativeMotion
 from shakerproc.diagnosis.data.controls import NO_SWAYS, Sways, sways_of
 from shakerproc.diagnosis.data.motion import coordinate_motions, frequency_of, joint_motion
 from shakerproc.diagnosis.estimation.offsets import Offsets, offsets_of
@@ -30,7 +30,7 @@ ENVELOPE_S: Final = 0.05
 """Length over which the size of a response is taken: some periods of most resonances [s]."""
 
 
-def uncertainty(test: Test) -> FloatArray:
+def uncertainty(test: PreparedTest) -> FloatArray:
     """Return the standard deviation of each sample, (n_sensors, n) array.
 
     Noise of the sensor, and a share of the response as it is just then.
@@ -51,7 +51,7 @@ class DataSet:
     ----------
     model : Model
         Says what each sensor measures; its linear part completes the measured motion.
-    tests : tuple of Test
+    tests : tuple of PreparedTest
         In the order of the log.
     points : bool
         Whether accelerations are compared as values at the samples; else as means over the
@@ -65,7 +65,7 @@ class DataSet:
     """
 
     model: Model
-    tests: tuple[Test, ...]
+    tests: tuple[PreparedTest, ...]
     points: bool = False
     differing: bool = False
     near: tuple[Input, ...] = ()
@@ -232,7 +232,7 @@ class DataSet:
         )
         return Lengths(self.frequency, fitted, held_out, (TAPS + 2) / rate)
 
-    def across(self, joint: tuple[str, str]) -> tuple[JointMotion, ...]:
+    def across(self, joint: tuple[str, str]) -> tuple[RelativeMotion, ...]:
         """Return, for each test, the motion of the second place less that of the first."""
         if joint not in self._across:
             self._across[joint] = tuple(
@@ -241,7 +241,7 @@ class DataSet:
         return self._across[joint]
 
     @cached_property
-    def _across(self) -> dict[tuple[str, str], tuple[JointMotion, ...]]:
+    def _across(self) -> dict[tuple[str, str], tuple[RelativeMotion, ...]]:
         return {}
 
     def largest_across(self, joint: tuple[str, str]) -> float:
@@ -288,7 +288,7 @@ _WHATEVER_DIFFERS: Final = _WHATEVER_COMPARED - _WHATEVER_DRAWN | {"measured", "
 """The same of what tests have of their own."""
 
 
-def _runs(test: Test, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
+def _runs(test: PreparedTest, mask: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
     """Return first sample and end of each stretch of the judged part of a test."""
     judged = mask.copy()
     judged[: test.start] = False

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from shakerproc.comparison import at_samples
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.further_modes import with_further_modes
 from shakerproc.diagnosis.estimation.linear_model import (
     LinearModel,
@@ -46,7 +46,9 @@ _ROUNDS: Final = 3  # of weights by what the model leaves
 _QUANTILE: Final = 1.96  # of a 95 % interval, in standard deviations
 
 
-def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True) -> LinearModel:
+def fit_linear(
+    model: Model, tests: Sequence[PreparedTest], *, own_numbers: bool = True
+) -> LinearModel:
     """Return the linear model of tests: own numbers, chain of measurement, further modes.
 
     It is fitted to the tests of the lowest level that are not held out, in the frequency
@@ -60,7 +62,7 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     ----------
     model : Model
         The prior.
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         All tests of the campaign.
     own_numbers : bool
         Whether stiffness and damping of the model are fitted; not where an effect that it has
@@ -92,7 +94,7 @@ def fit_linear(model: Model, tests: Sequence[Test], *, own_numbers: bool = True)
     return _result(tests, richer, solution)
 
 
-def as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
+def as_given(model: Model, tests: Sequence[PreparedTest]) -> LinearModel:
     """Return the linear model of tests whose chain of measurement is taken as it is.
 
     No linear response tells it where a motion is imposed, or where nothing drives.
@@ -102,7 +104,9 @@ def as_given(model: Model, tests: Sequence[Test]) -> LinearModel:
     return LinearModel(model, chain, (), (), {}, ())
 
 
-def signs_and_delays(model: Model, tests: Sequence[Test]) -> tuple[FloatArray, FloatArray]:
+def signs_and_delays(
+    model: Model, tests: Sequence[PreparedTest]
+) -> tuple[FloatArray, FloatArray]:
     """Return which sensors are the wrong way round (-1), and large delays [s].
 
     See `linear_start.wrong_way_and_late`; of the tests at the lowest level.
@@ -129,7 +133,7 @@ def _settled(
 
 
 def _most_telling(
-    tests: Sequence[Test],
+    tests: Sequence[PreparedTest],
     chosen: Sequence[LinearTest],
     parameters: LinearParameters,
     solution: LinearSolution,
@@ -142,24 +146,24 @@ def _most_telling(
     return chosen[0]
 
 
-def _free(tests: Sequence[Test]) -> list[Test]:
+def _free(tests: Sequence[PreparedTest]) -> list[PreparedTest]:
     """Return the tests that may be fitted to; all of them where all are held out."""
     return [test for test in tests if not test.arrays.hold_out] or list(tests)
 
 
-def _size(test: Test) -> float:
+def _size(test: PreparedTest) -> float:
     """Return the rms of the responses."""
     return float(np.sqrt(np.mean(test.responses[:, test.start : test.stop] ** 2)))
 
 
-def _lowest(tests: Sequence[Test]) -> list[Test]:
+def _lowest(tests: Sequence[PreparedTest]) -> list[PreparedTest]:
     """Return the tests that may be fitted to at the lowest level."""
     free = _free(tests)
     least = min(map(_size, free))
     return [test for test in free if _size(test) <= SAME_LEVEL * least]
 
 
-def _prepared(model: Model, test: Test) -> LinearTest:
+def _prepared(model: Model, test: PreparedTest) -> LinearTest:
     """Return a test with what the model adds to its own linear part."""
     model = model.under(test.conditions)
     apart = np.zeros_like(test.responses)
@@ -187,7 +191,7 @@ def _systematic(
 
 
 def _result(
-    tests: Sequence[Test], parameters: LinearParameters, solution: LinearSolution
+    tests: Sequence[PreparedTest], parameters: LinearParameters, solution: LinearSolution
 ) -> LinearModel:
     model = parameters.model_at(solution.values)
     deviations = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))

@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.linear_parameters import Chain, LinearParameters
 from shakerproc.diagnosis.estimation.linear_problem import LinearTest
 from shakerproc.diagnosis.estimation.linear_response import DrivenMode
@@ -72,7 +72,7 @@ class LinearModel:
     unusual: tuple[LinearNumber, ...]
     driven: tuple[DrivenMode, ...] = ()
 
-    def answers(self, test: Test) -> FloatArray:
+    def answers(self, test: PreparedTest) -> FloatArray:
         """Return what the driven modes add to the responses of a test, an array like them."""
         n, rate = test.n_samples, test.sample_rate
         slowest = min(mode.damping_ratio * mode.frequency for mode in self.driven)
@@ -87,7 +87,7 @@ class LinearModel:
         """Return the linear model with one more mode that was found since."""
         return replace(self, model=replace(self.model, modes=(*self.model.modes, mode)))
 
-    def input_of(self, test: Test) -> FloatArray:
+    def input_of(self, test: PreparedTest) -> FloatArray:
         """Return the excitation of the model in a test: its controls, weighted, (n,) array."""
         mean = test.arrays.controls.mean(axis=1, keepdims=True)
         return np.asarray(self.chain.weights @ (test.arrays.controls - mean))

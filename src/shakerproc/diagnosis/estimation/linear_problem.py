@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.data.controls import spectra_of
 from shakerproc.diagnosis.estimation.linear_parameters import LinearParameters
 from shakerproc.diagnosis.estimation.linear_response import poles_of, sensor_responses
@@ -43,7 +43,7 @@ class LinearTest:
 
     Attributes
     ----------
-    test : Test
+    test : PreparedTest
         The test.
     controls : (n_controls, n_frequencies) complex array
         Spectra of the padded controls.
@@ -64,7 +64,7 @@ class LinearTest:
         Of noise and of what is not coherent with the input [unit^2/Hz].
     """
 
-    test: Test
+    test: PreparedTest
     controls: ComplexArray
     frequency: FloatArray
     apart: FloatArray
@@ -114,7 +114,7 @@ class LinearTest:
         return np.asarray(spectrum / scale)
 
 
-def prepared(model: Model, test: Test, apart: FloatArray) -> LinearTest:
+def prepared(model: Model, test: PreparedTest, apart: FloatArray) -> LinearTest:
     """Return a test for the linear fit of a model."""
     model, rate = model.under(test.conditions), test.sample_rate
     rest = int(min(_DECAYS * poles_of(model).decay * rate, test.n_samples))
@@ -159,7 +159,7 @@ def refined(test: LinearTest, parameters: LinearParameters, values: FloatArray) 
 
 
 def _density(
-    test: Test, noise: FloatArray, bins: FloatArray, incoherent: FloatArray
+    test: PreparedTest, noise: FloatArray, bins: FloatArray, incoherent: FloatArray
 ) -> FloatArray:
     """Return the density that no linear model explains: noise, and incoherent response."""
     whole = spectra_of(test, test.responses)
@@ -168,14 +168,14 @@ def _density(
     return np.maximum(found, float(np.max(found)) * _NEGLIGIBLE or 1e-300)
 
 
-def _noise(model: Model, test: Test, bins: FloatArray) -> FloatArray:
+def _noise(model: Model, test: PreparedTest, bins: FloatArray) -> FloatArray:
     """Return the noise of responses and input, the latter through the model."""
     noise = test.noise_density
     passed = np.abs(sensor_responses(model, bins)) ** 2 * noise.input_at(bins)
     return np.asarray(noise.responses_at(bins) + passed)
 
 
-def _incoherent(test: Test, rows: FloatArray, bins: FloatArray) -> FloatArray:
+def _incoherent(test: PreparedTest, rows: FloatArray, bins: FloatArray) -> FloatArray:
     """Return the density of rows that is not coherent with the input of a test."""
     cross = spectra_of(test, np.concatenate([test.input[np.newaxis], rows]))
     power = psd(cross)

@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.models import BASE, Model
 from shakerproc.models.coordinates import coordinates_of
 
@@ -55,7 +55,7 @@ class Offsets:
         return np.asarray((self.moves @ (shares * self.sizes)).T)
 
 
-def offsets_of(model: Model, tests: Sequence[Test]) -> Offsets:
+def offsets_of(model: Model, tests: Sequence[PreparedTest]) -> Offsets:
     """Return the offsets that are to be fitted; none where a displacement is imposed.
 
     Of every motion of a mass: laws count displacements from where it rests, and what a push

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.columns import (
     DELAY_SPREAD,
     FINE,
@@ -107,7 +107,7 @@ class Linearisation:
             spreads_of(data).ravel(),
         ])
 
-    def of_tests(self, tests: Iterable[Test]) -> "Linearisation":
+    def of_tests(self, tests: Iterable[PreparedTest]) -> "Linearisation":
         """Return the slopes of other tests, which differ in their excitation alone."""
         own, at = replace(self.data, tests=tuple(tests), near=self.data.inputs), self.windows
         return Linearisation(own, self.hypothesis, at, plain=self._plain, fine=self._fine)

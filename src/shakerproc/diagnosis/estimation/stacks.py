@@ -9,7 +9,7 @@ import scipy  # its parts load when they are first used
 from numpy.typing import NDArray
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 
 if TYPE_CHECKING:
     from shakerproc.diagnosis.estimation.data_set import DataSet
@@ -128,13 +128,13 @@ def _stack(data: "DataSet", windows: "Windows", members: NDArray[np.int64]) -> S
     )
 
 
-def _high_pass(test: Test) -> FloatArray:
+def _high_pass(test: PreparedTest) -> FloatArray:
     """Return the high-pass of a test, as second-order sections."""
     own = scipy.signal.butter(2, test.band[0], "high", output="sos", fs=test.sample_rate)
     return np.asarray(own)
 
 
-def _low_pass(test: Test) -> FloatArray:
+def _low_pass(test: PreparedTest) -> FloatArray:
     """Return coefficients that keep the compared band of a test, (TAPS,) array [-]."""
     edge = min(test.band[1], HIGHEST_SHARE * test.sample_rate)
     return np.asarray(scipy.signal.firwin(TAPS, edge, fs=test.sample_rate))

@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.diagnosis.data import PreparedTest, RelativeMotion
 from shakerproc.models import BASE, Model, Scale
 from shakerproc.models.coordinates import mobility, resolved
 from shakerproc.models.effects import EFFECTS, AbstractEffect, Spring
@@ -38,7 +38,7 @@ def linear_parts(model: Model, joint: Joint) -> tuple[float, float]:
 
 
 def scales_of(
-    model: Model, tests: Sequence[Test], joint: Joint, motions: Sequence[JointMotion]
+    model: Model, tests: Sequence[PreparedTest], joint: Joint, motions: Sequence[RelativeMotion]
 ) -> JointScales:
     """Return how a joint moves in the tests, and the force that it carries."""
     springs = [
@@ -66,7 +66,7 @@ def _peak(samples: FloatArray) -> float:
     return max(float(np.max(np.abs(samples))), 1e-15)
 
 
-def carried_force(model: Model, tests: Sequence[Test], joint: Joint) -> float:
+def carried_force(model: Model, tests: Sequence[PreparedTest], joint: Joint) -> float:
     """Return the largest force that a joint carries, as sensors tell it [N].
 
     Mass times acceleration of the mass that hangs on it, or the force that imposes its motion;

@@ -16,7 +16,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.data.motion import TRUSTED_FROM, lowest_frequency
 from shakerproc.diagnosis.screening.motion import Motions, moved_places
 from shakerproc.diagnosis.screening.stretches import Stretch
-from shakerproc.diagnosis.screening.transfer import LinearModel
+from shakerproc.diagnosis.screening.transfer import LinearPart
 from shakerproc.models import BASE
 from shakerproc.simulation import TOLD_APART
 
@@ -47,7 +47,7 @@ class Lacking:
     stiffness: float
 
 
-def untold(linear: LinearModel, frequency: FloatArray) -> FloatArray:
+def untold(linear: LinearPart, frequency: FloatArray) -> FloatArray:
     r"""Return the share of the motion that the model tells, (n, n, n_frequencies) array [-].
 
     .. math:: I - L \, \mathrm{diag}(t) \, S
@@ -71,7 +71,7 @@ def untold(linear: LinearModel, frequency: FloatArray) -> FloatArray:
 
 
 def completed(
-    linear: LinearModel,
+    linear: LinearPart,
     motions: Motions,
     reference: Motions,
     lacking: Sequence[Lacking],
@@ -86,7 +86,7 @@ def completed(
 
     Parameters
     ----------
-    linear : LinearModel
+    linear : LinearPart
         The linear model.
     motions, reference : Motions
         The motion as it was last, and that with nothing added.
@@ -115,7 +115,7 @@ def completed(
 
 
 def _change(
-    linear: LinearModel, lacking: Lacking, before: FloatArray, sample_rate: float
+    linear: LinearPart, lacking: Lacking, before: FloatArray, sample_rate: float
 ) -> FloatArray:
     """Return the changes of displacement and velocity, (n_coordinates, 2, n) array."""
     size, n = lacking.forces.shape[1], len(before)

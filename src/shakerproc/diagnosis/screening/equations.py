@@ -17,18 +17,18 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import ComplexArray, FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.data.tests import FLOOR_SHARE
 from shakerproc.diagnosis.screening.laws import force_along
 from shakerproc.diagnosis.screening.motion import Motions
 from shakerproc.diagnosis.screening.stretches import Stretch
-from shakerproc.diagnosis.screening.transfer import Joint, LinearModel
+from shakerproc.diagnosis.screening.transfer import Joint, LinearPart
 from shakerproc.errors import ModelError
 from shakerproc.models import Model
 from shakerproc.models.conditions import Scale, share_of
 from shakerproc.models.coordinates import resolved
 from shakerproc.models.effects import AbstractEffect
-from shakerproc.models.laws import Law as Formula
+from shakerproc.models.laws import Law
 
 GAIN: Final = 0.01
 """Usual error of a sensor's gain: what calibration sheets promise [-]."""
@@ -50,9 +50,9 @@ class Equations:
 
     Attributes
     ----------
-    linear : LinearModel
+    linear : LinearPart
         The linear model.
-    tests : tuple of Test
+    tests : tuple of PreparedTest
         The tests.
     stretches : tuple of Stretch
         Which of their samples are looked at.
@@ -72,8 +72,8 @@ class Equations:
         How many independent numbers the residual holds; 1 where it holds none.
     """
 
-    linear: LinearModel
-    tests: tuple[Test, ...]
+    linear: LinearPart
+    tests: tuple[PreparedTest, ...]
     stretches: tuple[Stretch, ...]
     frequency: FloatArray
     bins: slice
@@ -122,7 +122,7 @@ def _rows(spectra: ComplexArray | FloatArray) -> FloatArray:
 
 
 def equations_of(
-    linear: LinearModel, tests: Sequence[Test], stretches: Sequence[Stretch]
+    linear: LinearPart, tests: Sequence[PreparedTest], stretches: Sequence[Stretch]
 ) -> Equations:
     """Return the equations of some stretches of tests."""
     block, rate = stretches[0].block, tests[0].sample_rate
@@ -159,7 +159,7 @@ def equations_of(
 
 
 def _responses(
-    linear: LinearModel, tests: Sequence[Test], stretches: Sequence[Stretch]
+    linear: LinearPart, tests: Sequence[PreparedTest], stretches: Sequence[Stretch]
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Return the responses of the test of every stretch, and the same less the linear model."""
     found: dict[int, tuple[FloatArray, FloatArray]] = {}
@@ -177,8 +177,8 @@ def _responses(
 
 
 def _weights(
-    linear: LinearModel,
-    tests: Sequence[Test],
+    linear: LinearPart,
+    tests: Sequence[PreparedTest],
     measured: ComplexArray,
     frequency: FloatArray,
     block: int,
@@ -197,12 +197,12 @@ def _weights(
     return np.asarray(np.where(inside, 1.0 / np.sqrt(variance), 0.0))
 
 
-def _noise(test: Test) -> FloatArray:
+def _noise(test: PreparedTest) -> FloatArray:
     """Return the noise of a sample of each sensor, were it the same up to half the rate."""
     return np.asarray(test.noise * np.sqrt(0.5 * test.sample_rate / test.band[1]))
 
 
-def _control_noise(test: Test) -> float:
+def _control_noise(test: PreparedTest) -> float:
     """Return the standard deviation of a sample of the input; 0 where nothing tells it."""
     noise = test.noise_density
     return float(np.sqrt(np.sum(noise.input) * noise.frequency[0]))
@@ -270,7 +270,7 @@ def own_columns(model: Model, equations: Equations, motions: Motions) -> FloatAr
     for element in resolved(model):
         shares = equations.shares(element.scaled_by)
         effects = [element.effect]
-        if all(row.law is Formula.LINEAR for row in element.effect.rows()):
+        if all(row.law is Law.LINEAR for row in element.effect.rows()):
             shares -= 1.0
             if not np.ptp(shares):  # as a spring and a damper of the joint are free, too
                 continue

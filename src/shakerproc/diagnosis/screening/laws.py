@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.diagnosis.data import PreparedTest, RelativeMotion
 from shakerproc.diagnosis.screening.stretches import Stretch
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models.conditions import share_of
@@ -17,7 +17,7 @@ from shakerproc.models.identification import Identification, Values
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Law:
+class StartedLaw:
     """An effect at a start, in a joint.
 
     Attributes
@@ -47,7 +47,7 @@ class Law:
         names = self.identification.scaled
         return any(free[name].transform == "logarithm" for name in names)
 
-    def force(self, motion: JointMotion, stretch: Stretch, test: Test) -> FloatArray:
+    def force(self, motion: RelativeMotion, stretch: Stretch, test: PreparedTest) -> FloatArray:
         """Return its force along a stretch of a test, under the conditions of the test [N].
 
         A law with memory begins a block before; one that knows the time, with the test.
@@ -57,9 +57,9 @@ class Law:
 
 
 def force_along(
-    effect: AbstractEffect, motion: JointMotion, stretch: Stretch, sample_rate: float
+    effect: AbstractEffect, motion: RelativeMotion, stretch: Stretch, sample_rate: float
 ) -> FloatArray:
-    """Return the force of an effect along a stretch of a test (see `Law.force`) [N]."""
+    """Return the force of an effect along a stretch of a test (see `StartedLaw.force`) [N]."""
     first = stretch.start
     if not isinstance(effect, AbstractMemorylessEffect):
         knows_time = _knows_time(effect, motion, sample_rate)
@@ -72,7 +72,7 @@ def force_along(
     return np.asarray(along[stretch.start - first :], float)
 
 
-def _knows_time(effect: AbstractEffect, motion: JointMotion, sample_rate: float) -> bool:
+def _knows_time(effect: AbstractEffect, motion: RelativeMotion, sample_rate: float) -> bool:
     """Return whether the force changes while the joint rests away from its zero."""
     still = np.full(2, motion.displacement[np.argmax(motion.displacement[::16]) * 16] or 1.0)
     force = effect.force_along(still, 0.0 * still, sample_rate)

@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion, Test
+from shakerproc.diagnosis.data import PreparedTest, RelativeMotion
 from shakerproc.diagnosis.data.motion import coordinate_motions
 from shakerproc.diagnosis.screening.transfer import Joint
 from shakerproc.models import BASE, Model
@@ -29,10 +29,10 @@ class Motions:
         Of the base itself; at rest where a force drives.
     """
 
-    relative: tuple[Mapping[str, JointMotion], ...]
-    base: tuple[JointMotion, ...]
+    relative: tuple[Mapping[str, RelativeMotion], ...]
+    base: tuple[RelativeMotion, ...]
 
-    def across(self, joint: Joint, *, absolute: bool = False) -> tuple[JointMotion, ...]:
+    def across(self, joint: Joint, *, absolute: bool = False) -> tuple[RelativeMotion, ...]:
         """Return, for each test, the motion across a joint or that of its second place."""
         first, second = joint
         return tuple(
@@ -42,29 +42,29 @@ class Motions:
 
 
 def difference(
-    second: JointMotion, first: JointMotion, base: JointMotion | None
-) -> JointMotion:
+    second: RelativeMotion, first: RelativeMotion, base: RelativeMotion | None
+) -> RelativeMotion:
     """Return the motion of a place less that of another, or on top of that of the base."""
     if base is not None:
-        return JointMotion(
+        return RelativeMotion(
             second.displacement + base.displacement, second.velocity + base.velocity
         )
-    return JointMotion(
+    return RelativeMotion(
         second.displacement - first.displacement, second.velocity - first.velocity
     )
 
 
-def motions_of(model: Model, tests: Sequence[Test]) -> Motions:
+def motions_of(model: Model, tests: Sequence[PreparedTest]) -> Motions:
     """Return the motion of every place in tests."""
     relative = []
     for test in tests:
         z, v = np.split(coordinate_motions(model, test), 2)
         still = np.zeros(test.n_samples)
-        relative.append({BASE: JointMotion(still, still), **moved_places(model, z, v)})
+        relative.append({BASE: RelativeMotion(still, still), **moved_places(model, z, v)})
     return Motions(tuple(relative), tuple(_base(model, test) for test in tests))
 
 
-def moved_places(model: Model, z: FloatArray, v: FloatArray) -> dict[str, JointMotion]:
+def moved_places(model: Model, z: FloatArray, v: FloatArray) -> dict[str, RelativeMotion]:
     """Return the motion of each coordinate and place.
 
     Parameters
@@ -77,16 +77,16 @@ def moved_places(model: Model, z: FloatArray, v: FloatArray) -> dict[str, JointM
     n, alone = model.n_coordinates, coordinates_of(model, ())
     own = zip(alone.names[:n], z, v, strict=True)
     points = ((point, alone.at(point)[:n]) for point in model.points)
-    return {name: JointMotion(*both) for name, *both in own} | {
-        point: JointMotion(row @ z, row @ v) for point, row in points
+    return {name: RelativeMotion(*both) for name, *both in own} | {
+        point: RelativeMotion(row @ z, row @ v) for point, row in points
     }
 
 
-def _base(model: Model, test: Test) -> JointMotion:
+def _base(model: Model, test: PreparedTest) -> RelativeMotion:
     """Return the motion of the base, its acceleration integrated above 1 % of the band."""
     if not model.excitation.moves_base:
         still = np.zeros(test.n_samples)
-        return JointMotion(still, still)
+        return RelativeMotion(still, still)
     length = scipy.fft.next_fast_len(test.n_samples + round(test.sample_rate), real=True)
     frequency = scipy.fft.rfftfreq(length, 1.0 / test.sample_rate)
     frequency[0] = frequency[1]
@@ -96,4 +96,4 @@ def _base(model: Model, test: Test) -> JointMotion:
     both = [
         scipy.fft.irfft(part, length)[: test.n_samples] for part in (moved, 1j * omega * moved)
     ]
-    return JointMotion(*both)
+    return RelativeMotion(*both)

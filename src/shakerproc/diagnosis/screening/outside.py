@@ -11,8 +11,8 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
-from shakerproc.diagnosis.screening.laws import Law
+from shakerproc.diagnosis.data import PreparedTest
+from shakerproc.diagnosis.screening.laws import StartedLaw
 from shakerproc.diagnosis.screening.refining import completed_by
 from shakerproc.diagnosis.screening.regression import surely
 from shakerproc.diagnosis.screening.shared import Screening, screening_of
@@ -72,7 +72,7 @@ class FreeLaw:
 
 
 def free_laws(
-    model: Model, tests: Sequence[Test], joints: Sequence[Joint]
+    model: Model, tests: Sequence[PreparedTest], joints: Sequence[Joint]
 ) -> tuple[FreeLaw, ...]:
     """Return the missing force of each joint as if it alone lacked one, best first.
 
@@ -80,7 +80,7 @@ def free_laws(
     ----------
     model : Model
         The linear model.
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         What may be fitted to.
     joints : sequence of (str, str)
         Where a force may be missing.
@@ -105,8 +105,8 @@ def free_law(screening: Screening, joint: Joint) -> FreeLaw:
     return best
 
 
-def _as_law(joint: Joint, effect: Table) -> Law:
-    return Law(effect.kind, joint, Identification(free={}, starts=()), {}, effect)
+def _as_law(joint: Joint, effect: Table) -> StartedLaw:
+    return StartedLaw(effect.kind, joint, Identification(free={}, starts=()), {}, effect)
 
 
 def _axes(screening: Screening, joint: Joint) -> list[tuple[TableAxis, TableAxis]]:

@@ -5,9 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from shakerproc.diagnosis.data import JointMotion
+from shakerproc.diagnosis.data import RelativeMotion
 from shakerproc.diagnosis.screening.completing import Lacking, completed
-from shakerproc.diagnosis.screening.laws import Law
+from shakerproc.diagnosis.screening.laws import StartedLaw
 from shakerproc.diagnosis.screening.motion import Motions
 from shakerproc.diagnosis.screening.regression import Gains
 from shakerproc.diagnosis.screening.shared import Screening
@@ -17,7 +17,9 @@ _SHIFT: Final = 0.01
 """Displacement for the slope of a force, as a share of the largest [-]."""
 
 
-def completed_by(screening: Screening, law: Law, first: Motions, share: float) -> Screening:
+def completed_by(
+    screening: Screening, law: StartedLaw, first: Motions, share: float
+) -> Screening:
     """Return the screening around the motion that a share [-] of an effect completes."""
     equations = screening.equations
     gains = screening.gains([law])
@@ -36,7 +38,7 @@ def _longer(stretch: Stretch) -> Stretch:
     return replace(stretch, start=stretch.start - stretch.block, n_blocks=stretch.n_blocks + 1)
 
 
-def _lacking(screening: Screening, law: Law, gains: Gains, stretch: Stretch) -> Lacking:
+def _lacking(screening: Screening, law: StartedLaw, gains: Gains, stretch: Stretch) -> Lacking:
     """Return the force on the masses along a stretch that is not in the model."""
     linear, part = screening.equations.linear, slice(stretch.start, stretch.stop)
     absolute = law.effect.absolute
@@ -53,6 +55,6 @@ def _lacking(screening: Screening, law: Law, gains: Gains, stretch: Stretch) -> 
     shift = _SHIFT * float(np.max(np.abs(motion.displacement[part])))
     if absolute or shift == 0.0:
         return Lacking(stretch, total, direction, 0.0)
-    shifted = JointMotion(motion.displacement + shift, motion.velocity)
+    shifted = RelativeMotion(motion.displacement + shift, motion.velocity)
     rise = stretch.folded(law.force(shifted, stretch, test) - own).mean(axis=-1) / shift
     return Lacking(stretch, total, direction, max(0.0, amplitude * float(np.max(rise))))

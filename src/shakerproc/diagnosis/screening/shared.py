@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.hypotheses.joints import linear_parts
 from shakerproc.diagnosis.screening.equations import (
     Equations,
@@ -15,7 +15,7 @@ from shakerproc.diagnosis.screening.equations import (
     equations_of,
     own_columns,
 )
-from shakerproc.diagnosis.screening.laws import Law
+from shakerproc.diagnosis.screening.laws import StartedLaw
 from shakerproc.diagnosis.screening.motion import Motions, motions_of
 from shakerproc.diagnosis.screening.regression import Gains, Regression
 from shakerproc.diagnosis.screening.stretches import stretches_of
@@ -52,7 +52,7 @@ class Screening:
     regression: Regression
     beside: FloatArray
 
-    def columns(self, laws: Sequence[Law]) -> FloatArray:
+    def columns(self, laws: Sequence[StartedLaw]) -> FloatArray:
         """Return the whitened columns of laws of one joint; zeros where a force fails.
 
         One condition scales all of them, or none does.
@@ -61,7 +61,7 @@ class Screening:
         shares = self.equations.shares(first.identification.scaled_by)
         return columns_of(self.equations, self.motions, first.between, effects, shares)
 
-    def gains(self, laws: Sequence[Law]) -> Gains:
+    def gains(self, laws: Sequence[StartedLaw]) -> Gains:
         """Return the explained part of the forces of laws of one joint."""
         signs = np.array([1.0 if law.one_sign else 0.0 for law in laws])
         return self.regression.gains(self.columns(laws), signs)
@@ -92,7 +92,9 @@ class Screening:
         return tuple(map(float, relative[0])), tuple(map(float, relative[1]))
 
 
-def screening_of(model: Model, tests: Sequence[Test], joints: Sequence[Joint]) -> Screening:
+def screening_of(
+    model: Model, tests: Sequence[PreparedTest], joints: Sequence[Joint]
+) -> Screening:
     """Return the shared data of all regressions around a linear model."""
     motions = motions_of(model, tests)
     linear = linear_model(model)

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 
 MOST_SAMPLES: Final = 2**16
 """Samples of all stretches and sensors together: what bounds the cost of a screening [-]."""
@@ -68,13 +68,13 @@ class Stretch:
 
 
 def stretches_of(
-    tests: Sequence[Test], motion: Sequence[FloatArray], n_sensors: int
+    tests: Sequence[PreparedTest], motion: Sequence[FloatArray], n_sensors: int
 ) -> tuple[Stretch, ...]:
     """Return the stretches to look at: half of all in the test that moves most.
 
     Parameters
     ----------
-    tests : sequence of Test
+    tests : sequence of PreparedTest
         The tests.
     motion : sequence of (n,) array
         How much the joints move in each, at every sample, in one unit.
@@ -115,7 +115,7 @@ def block_length(total: int, shortest: int, resolving: int) -> int:
     return block
 
 
-def _inner_part(test: Test, block: int) -> slice:
+def _inner_part(test: PreparedTest, block: int) -> slice:
     """Return the part of a test that is half a block away from where it breaks off."""
     edge = min(block // 2, int(EDGE * (test.stop - test.start)))
     return slice(test.start + (0 if test.at_rest else edge), test.stop - edge)

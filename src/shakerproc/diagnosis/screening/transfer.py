@@ -29,7 +29,7 @@ _EDGE_POWERS = (-2, -1, 0, 1, 2, 3)
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class LinearModel:
+class LinearPart:
     """The linear part of a model between its forces and its sensors.
 
     Attributes
@@ -134,7 +134,7 @@ class LinearModel:
         return found
 
 
-def linear_model(model: Model) -> LinearModel:
+def linear_model(model: Model) -> LinearPart:
     """Return the linear part of a model."""
     sensors = tuple(i for i, s in enumerate(model.sensors.values()) if s.at != BASE)
-    return LinearModel(model, assemble(model), sensors)
+    return LinearPart(model, assemble(model), sensors)

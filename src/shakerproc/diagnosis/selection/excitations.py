@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from shakerproc.data import STANDARD_GRAVITY, FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.simulation.excitations import (
     flat_profile,
     logarithmic_sweep,
@@ -74,17 +74,17 @@ def level_text(level: float, unit: str) -> str:
     return f"{level:.3g} {unit}"
 
 
-def loudest(tests: Sequence[Test]) -> Test:
+def loudest(tests: Sequence[PreparedTest]) -> PreparedTest:
     """Return the test with the largest input."""
     return max(tests, key=_rms)
 
 
-def trials_of(test: Test, unit: str, seed: int) -> list[Trial]:
+def trials_of(test: PreparedTest, unit: str, seed: int) -> list[Trial]:
     """Return excitations to choose from: a test as it was, random and a sweep, both wider.
 
     Parameters
     ----------
-    test : Test
+    test : PreparedTest
         The loudest one.
     unit : str
         Unit of the input, m/s^2 or N.
@@ -101,7 +101,7 @@ def trials_of(test: Test, unit: str, seed: int) -> list[Trial]:
     return out
 
 
-def as_it_was(test: Test, unit: str) -> Trial:
+def as_it_was(test: PreparedTest, unit: str) -> Trial:
     """Return a test as it was; its rms says the level where no log does.
 
     Of a sweep the whole is simulated, of all else `SECONDS`.
@@ -117,7 +117,7 @@ def as_it_was(test: Test, unit: str) -> Trial:
 
 
 def _random(
-    test: Test, band: tuple[float, float], unit: str, generator: np.random.Generator
+    test: PreparedTest, band: tuple[float, float], unit: str, generator: np.random.Generator
 ) -> Trial:
     """Return a flat random drive with the power of a test."""
     density = _rms(test) ** 2 / (band[1] - band[0])
@@ -126,7 +126,7 @@ def _random(
     return Trial("random", density, said, band, samples)
 
 
-def _sweep(test: Test, band: tuple[float, float], unit: str) -> Trial:
+def _sweep(test: PreparedTest, band: tuple[float, float], unit: str) -> Trial:
     """Return a sweep with the power of a test."""
     amplitude, octaves = _rms(test) * np.sqrt(2.0), float(np.log2(band[1] / band[0]))
     signal = logarithmic_sweep(*band, 60.0 * octaves / SECONDS, amplitude)
@@ -134,7 +134,7 @@ def _sweep(test: Test, band: tuple[float, float], unit: str) -> Trial:
     return Trial("sine sweep", float(amplitude), unit, band, samples)
 
 
-def _rms(test: Test) -> float:
+def _rms(test: PreparedTest) -> float:
     return float(np.sqrt(np.mean(test.input[test.start : test.stop] ** 2)))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its parts load when they are first used
 
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test
+from shakerproc.diagnosis.data import PreparedTest
 from shakerproc.diagnosis.estimation.residuals import TOLERANCE
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.result import NextTest
@@ -70,7 +70,7 @@ class Laboratory:
 
     Attributes
     ----------
-    tests : tuple of Test
+    tests : tuple of PreparedTest
         Those that were run.
     model : Model
         Says what is driven.
@@ -80,13 +80,13 @@ class Laboratory:
         Of random waveforms.
     """
 
-    tests: tuple[Test, ...]
+    tests: tuple[PreparedTest, ...]
     model: Model
     shaker: Shaker
     seed: int
 
     @property
-    def loudest(self) -> Test:
+    def loudest(self) -> PreparedTest:
         """The test with the largest input."""
         return loudest(self.tests)
 

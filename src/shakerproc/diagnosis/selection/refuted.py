@@ -7,7 +7,7 @@ from typing import Final
 from shakerproc.comparison import floor
 from shakerproc.comparison.noise import AGREES, NOT_REFUTED, Refuted
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import Test, with_noise_of
+from shakerproc.diagnosis.data import PreparedTest, with_noise_of
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.selection.errors import floors_of, scored_tests
 
@@ -18,7 +18,7 @@ NEXT: Final = "the next estimate was taken, if there is one"
 def with_more_refuted(
     found: Found,
     refuted: Mapping[str, Refuted],
-    estimated: Callable[[Mapping[str, Refuted]], Sequence[Test]],
+    estimated: Callable[[Mapping[str, Refuted]], Sequence[PreparedTest]],
 ) -> dict[str, Refuted]:
     """Return the sources of noise that are refuted, those of a search besides.
 

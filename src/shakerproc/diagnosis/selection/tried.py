@@ -11,7 +11,7 @@ from shakerproc.diagnosis.estimation.intervals import estimates, numbers, number
 from shakerproc.diagnosis.found import Found, is_within
 from shakerproc.diagnosis.further_ahead import ahead
 from shakerproc.diagnosis.joint_outcomes import Outside
-from shakerproc.diagnosis.result import Errors, Finding, Pair, Tried
+from shakerproc.diagnosis.result import BeforeAfter, Errors, Finding, Tried
 from shakerproc.diagnosis.selection.choice import NEGLIGIBLE, SHARE, bare, leaves_more
 from shakerproc.diagnosis.selection.each_test import Simulated, simulated_by
 from shakerproc.diagnosis.selection.errors import (
@@ -76,8 +76,8 @@ def errors_among(found: Found, chosen: Score) -> tuple[tuple[Simulated, Simulate
         recorded = simulated_by(found.as_recorded.plain, form, found.before)
     fitted, held_out = map(error_of_scored, recorded)
     errors = Errors(
-        Pair(fitted, error_of_scored(after[0])),
-        Pair(held_out, found.left_by(chosen)),
+        BeforeAfter(fitted, error_of_scored(after[0])),
+        BeforeAfter(held_out, found.left_by(chosen)),
         found.floor_under(chosen),
         {test.name: form.horizon for test in data.tests},
         alone if chosen.fit.hypothesis.added and np.isfinite(alone) else None,
@@ -130,7 +130,9 @@ def over_whole_tests(found: Found, chosen: Score, errors: Errors) -> Errors:
     alone = found.free_run(found.linear) if chosen.fit.hypothesis.added else None
     return replace(
         errors,
-        held_out=Pair(errors.held_out.before, error_of(found.data, run.fit, found.whole)),
+        held_out=BeforeAfter(
+            errors.held_out.before, error_of(found.data, run.fit, found.whole)
+        ),
         noise_floor=pooled_floor(floors_of(found.data, run.fit, found.whole)),
         without=None if alone is None else error_of(found.data, alone.fit, found.whole),
     )

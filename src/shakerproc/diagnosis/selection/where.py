@@ -9,7 +9,7 @@ import numpy as np
 
 from shakerproc.comparison.free_run_error import Scored, relative_errors, relative_residuals
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.data import JointMotion
+from shakerproc.diagnosis.data import RelativeMotion
 from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.result import Where
 
@@ -34,13 +34,13 @@ class Failed:
         Name of the test.
     scored : Scored
         Measured and simulated.
-    motion : JointMotion
+    motion : RelativeMotion
         Of the joint in question, at the samples of the test.
     """
 
     name: str
     scored: Scored
-    motion: JointMotion
+    motion: RelativeMotion
 
 
 def failed_tests(
