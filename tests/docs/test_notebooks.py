@@ -8,8 +8,8 @@ import pytest
 from nbclient import NotebookClient
 
 FOLDER = Path(__file__).parents[2] / "examples"
-MOMENT = 120
-"""Longest that one cell may take [s]."""
+MOMENT = 300
+"""Longest that one cell may take, other jobs beside it [s]."""
 
 
 def executed(name):
