@@ -207,7 +207,7 @@ class Comparison:
 
     @property
     def windows(self) -> dict[str, EvenWindows]:
-        """EvenWindows of the tests whose motion is predicted in windows, by their names."""
+        """Windows of the tests whose motion is predicted in windows, by their names."""
         found = {test.measured.name: test.prediction.windows for test in self.tests}
         return {name: windows for name, windows in found.items() if windows is not None}
 

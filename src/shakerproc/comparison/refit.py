@@ -130,7 +130,7 @@ def refit(
     wanted = _wanted(model)
     if not wanted:
         raise DiagnosisError(f"{model.title}: no element has a number to fit.")
-    problem = _Refit(model, wanted, chosen)
+    problem = _Residuals(model, wanted, chosen)
     start = np.zeros(len(wanted))
     first = problem.residuals(start)
     if first is None:
@@ -187,7 +187,7 @@ def _wanted(model: Model) -> list[tuple[int, str]]:
 
 
 @final
-class _Refit:
+class _Residuals:
     """Residuals of the chosen tests as a function of the logarithms of the numbers."""
 
     def __init__(
@@ -249,7 +249,7 @@ def _rms(residual: FloatArray) -> float:
     return float(np.sqrt(np.sum(residual**2)))
 
 
-def _scanned(problem: _Refit, start: FloatArray) -> FloatArray:
+def _scanned(problem: _Residuals, start: FloatArray) -> FloatArray:
     """Return the best common factor on all stiffnesses, judged by the middle test."""
     middle = len(problem.tests) // 2
     best, least = start, np.inf
@@ -262,7 +262,7 @@ def _scanned(problem: _Refit, start: FloatArray) -> FloatArray:
 
 
 def _descend(
-    problem: _Refit, here: FloatArray, tell: Callable[[str], None]
+    problem: _Residuals, here: FloatArray, tell: Callable[[str], None]
 ) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
     """Return the minimum, its residuals and slopes, and whether it was reached.
 
@@ -300,7 +300,7 @@ class _Step:
 
 
 def _step(
-    problem: _Refit,
+    problem: _Residuals,
     here: FloatArray,
     residual: FloatArray,
     slopes: FloatArray,
@@ -319,7 +319,7 @@ def _step(
     return None
 
 
-def _slopes(problem: _Refit, here: FloatArray, residual: FloatArray) -> FloatArray:
+def _slopes(problem: _Residuals, here: FloatArray, residual: FloatArray) -> FloatArray:
     columns = []
     for i in range(here.size):
         moved = here.copy()

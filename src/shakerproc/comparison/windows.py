@@ -1,4 +1,4 @@
-"""EvenWindows of a test, where no model predicts its motion as a whole; their starts fitted."""
+"""Windows of a test, where no model predicts its motion as a whole; their starts fitted."""
 
 from dataclasses import dataclass
 from typing import Final, final
@@ -28,7 +28,7 @@ _SHORTENED: Final = (1.0, 0.25, 0.0625)  # steps that are tried
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class EvenWindows:
-    """EvenWindows of one length.
+    """Windows of one length.
 
     Attributes
     ----------

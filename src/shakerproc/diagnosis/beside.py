@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
+from shakerproc.diagnosis.estimation.form import Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import carried_on, falls_short
@@ -29,6 +29,7 @@ from shakerproc.diagnosis.selection.choice import (
 from shakerproc.diagnosis.selection.each_test import doubtful
 from shakerproc.diagnosis.selection.errors import PARTED, error_of, parted
 from shakerproc.diagnosis.selection.scores import (
+    LEAST,
     SURE,
     Score,
     as_fitted,
@@ -77,25 +78,24 @@ WEAK: Final = 0.01
 """Force of a start, over that of a start while runs are held [-]."""
 
 FITTED: Final = 6
-"""Effects that are fitted, of those that take most away, beside all of one number: these take
-next to no time, and starts beside a fit that does not follow the motion tell little [-]."""
+"""Effects that are fitted, of those that take most away. All of one number are fitted as well:
+they take least time, and starts tell little where the fit does not follow the motion [-]."""
 
 FEWEST: Final = 2
 """Numbers that two effects have at least [-]."""
 
 FEW: Final = 2
-"""Pairs beside each first effect that go on, and that simpler ones are sought of [-]."""
+"""Of these so many that go on; pairs of which simpler ones are sought [-]."""
 
 
 def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progress) -> Found:
     """Return the hypotheses with one and two effects of decays that are judged further ahead.
 
-    Where what stands leaves more than noise, there or at its own horizon; else those alone that
-    have no more numbers than it: two simple laws may do as well. In short windows a slow change
-    of amplitude shows as little as any; a whole decay tells it, and has few windows. (Of a
-    driven gap beside an attached mode it cost as much as all else, 95 s, and found no more:
-    pair:gap+attached_mode*90.) What is found is taken if it surely predicts better there than
-    all that was found before, or as well with no more numbers.
+    Where what stands leaves more than noise, there or at its own horizon. Where it is one law,
+    and leaves noise alone, pairs of no more numbers are tried: they may do as well. In short
+    windows a slow change of amplitude shows as little as any; a whole decay tells it, and has
+    few windows. (Of a driven gap beside an attached mode it cost as much as all else, 95 s, and
+    found no more: pair:gap+attached_mode*90.)
     """
     is_decay = campaign.data.model.excitation.role is None
     if not is_decay or found.rigid or not known:
@@ -111,23 +111,21 @@ def with_pairs_ahead(found: Found, campaign: Campaign, known: Known, say: Progre
     if linear is None:
         return found
     singles = beside(campaign, linear, form, known, most=most - 1)
-    say("two effects further ahead")
     had = [one for one in before[1:] if one is not None]
     firsts = _worth_their_numbers([
         one for one in (*had, *singles) if one.hypothesis.size < most
     ])
-    pairs = [
-        pair
-        for first in firsts
-        for pair in beside(campaign, first, form, known, most=most)[:FEW]
-    ]
+    pairs = list[Fit]()
+    for first in firsts:
+        if say.has_time_for(f"an effect beside {first.hypothesis.kinds[0]} further ahead"):
+            pairs += beside(campaign, first, form, known, most=most)[:FEW]
     pairs.sort(key=lambda pair: pair.level)
     pairs += [one for pair in pairs[:FEW] for one in simpler_laws(campaign.data, pair, known)]
-    new = [one for one in (*firsts, *pairs) if one not in had]
-    every = _lasting(campaign, [*had, *new], [found.form, *forms[:-1]])
+    every = list(dict.fromkeys([*had, *firsts, *singles[:FEW], *pairs]))
+    every = _lasting(campaign, every, [found.form, *forms[:-1]])
     scores = best_of_each(scored_at(campaign, every, form))
     bared = scored_at(campaign, [linear], form)
-    if not scores or not bared or not _is_taken(found, form, [*bared, *scores]):
+    if not scores or not bared or not _is_taken(found, form, [*bared, *scores], most):
         return found
     there = replace(
         found, data=campaign.data, form=form, linear=bared[0], free=None,
@@ -156,22 +154,9 @@ def beside(
         fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=0, channels=on.channels)
         for one in (*ranked[:FITTED], *simple)
     ]
-    there = [_carried_from(campaign, one, form) for one in begun if one is not None]
+    there = [carried(campaign.data, one, [form], begun=True) for one in begun if one]
     scores = [as_fitted(campaign.data, one) for one in there if one is not None]
     return _simplest_first([(one.fit, one.logs) for one in scores if one is not None])
-
-
-def _carried_from(campaign: Campaign, one: Fit, form: Form) -> Fit | None:
-    """Return a start carried to a form, its windows begun where its numbers tell.
-
-    Measured starts are off by noise, which grows in a whole decay: numbers that are right
-    would move to make up for it first.
-    """
-    starts = form.told_starts(campaign.data, one)
-    return fit(
-        campaign.data, one.hypothesis, one.x, form.fitted, rounds=ROUNDS,
-        channels=one.channels, starts=starts,
-    )  # fmt: skip
 
 
 _Tried = TypeVar("_Tried", Moved, Fit)
@@ -185,9 +170,9 @@ def _simplest_first(tried: Sequence[tuple[_Tried, FloatArray]]) -> list[_Tried]:
     """
     least = min((logs for _, logs in tried), key=np.mean, default=np.zeros(0))
 
-    def rank(one: tuple[_Tried, FloatArray]) -> tuple[bool, float]:
+    def rank(one: tuple[_Tried, FloatArray]) -> tuple[bool, int, float]:
         behind = gain_of(least, one[1]).t > SURE
-        return behind, float(np.mean(one[1])) if behind else float(one[0].hypothesis.size)
+        return behind, 0 if behind else one[0].hypothesis.size, float(np.mean(one[1]))
 
     return [one for one, _ in sorted(tried, key=rank)]
 
@@ -230,8 +215,11 @@ def _is_beaten(score: Score, other: Score) -> bool:
     return few and is_better(other, score)
 
 
-def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
-    """Return whether something new predicts better, or as well with no more numbers."""
+def _is_taken(found: Found, form: Form, scores: Sequence[Score], most: float) -> bool:
+    """Return whether something new surely predicts better at a form, or as well and simpler.
+
+    With fewer numbers than all before, or no more than `most` where that bounds what is tried.
+    """
     names = [one.fit.hypothesis.names for one in (found.linear, *found.effects)]
     had = [one for one in scores if one.fit.hypothesis.names in names]
     reached, best = simplest_alike(had)[0], simplest_alike(scores)[0]
@@ -239,19 +227,21 @@ def _is_taken(found: Found, form: Form, scores: Sequence[Score]) -> bool:
         return False
     left = [error_of(found.data, one.fit, form.held_out) for one in (best, reached)]
     surely = is_better(best, reached) and left[0] <= (1.0 - TENTH) * left[1]
-    return surely or best.fit.hypothesis.size <= reached.fit.hypothesis.size
+    simple = most if np.isfinite(most) else reached.fit.hypothesis.size - 1
+    return surely or best.fit.hypothesis.size <= simple
 
 
 def _most_numbers(found: Found) -> float:
     """Return how many numbers a hypothesis may have to be tried beside the standing one.
 
-    No more than that, which leaves noise alone; any number where it leaves more, there or
-    further ahead.
+    Any number where that leaves more than noise, there or further ahead. Else as many as it,
+    if it is one law, and fewer if it is two.
     """
     standing = standing_of(found)
     chosen = standing[0] if standing else bare(found)
     leaves = leaves_more(found, chosen) or falls_short(found, chosen)
-    return np.inf if leaves else chosen.fit.hypothesis.size
+    own = chosen.fit.hypothesis
+    return np.inf if leaves else own.size + 1 - len(own.added)
 
 
 def _predicted(found: Found, campaign: Campaign) -> list[Form]:
@@ -265,10 +255,10 @@ def _predicted(found: Found, campaign: Campaign) -> list[Form]:
 
 
 def _worth_their_numbers(fits: Sequence[Fit]) -> list[Fit]:
-    """Return single effects that leave less than all of as few numbers do, the fewest first."""
+    """Return single effects, the fewest numbers first, that leave less than all of no more."""
     single = [one for one in fits if len(one.hypothesis.added) == 1]
     worth = list[Fit]()
     for one in sorted(single, key=lambda one: (one.hypothesis.size, one.level)):
-        if not worth or one.level < worth[-1].level:
+        if not worth or one.level < worth[-1].level - LEAST:
             worth.append(one)
     return worth

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from shakerproc.diagnosis.beside import beside
+from shakerproc.diagnosis.beside import FEW, beside
 from shakerproc.diagnosis.campaign import Campaign, as_it_is
 from shakerproc.diagnosis.estimation.form import (
     ROUNDS,
@@ -60,7 +60,7 @@ def at_the_horizon(
     if _is_told_late(campaign, forms[-1], base) and say.has_time_for(
         "all effects at the horizon"
     ):
-        every = beside(campaign, base.fit, forms[-1], campaign.known)
+        every = beside(campaign, base.fit, forms[-1], campaign.known)[:FEW]
         effects = best_of_each([*effects, *scored_at(campaign, every, forms[-1])])
     effects += along(campaign, parts_of(effects, singles), forms)
     best = best_of([base, *effects])

@@ -37,12 +37,21 @@ def test_a_step_that_slopes_foretell_is_taken_at_once():
 
 
 def test_a_step_that_overshoots_is_damped_though_it_gains_a_little():
-    x = 1.3915  # from just below 1.39175 a full step leads as far to the other side
+    x = 1.3915  # a full step leads from 1.39175 as far to the other side
     full, foretold = OneArc(x).taken(0.0)
     assert 0.0 < cost_of(x) - cost_of(full) < SETTLED < foretold
     _, (*_, cost), damping = better(OneArc(x), cost_of(x), 1e-4)
     assert cost_of(x) - cost >= SETTLED
     assert damping > 1e-4
+
+
+def test_a_small_gain_is_taken_where_no_damped_step_gains_more():
+    """A valley whose wall rises again: one place alone is lower, by less than what matters."""
+    arc = OneArc(1.3915)
+    low, _ = arc.taken(1e-3)
+    arc.linearisation.residual = lambda x: (None, None, 9.99 if x == low else 10.0)
+    there, (*_, cost), _ = better(arc, 10.0, 1e-3)
+    assert (there, cost) == (low, 9.99)
 
 
 def test_no_step_is_taken_where_none_gains():

@@ -26,7 +26,7 @@ ANTI_ALIAS: Final = 0.3
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class RelativeMotion:
-    """Motion across one joint in one test.
+    """Motion of one place against another, or of the base, in one test.
 
     Attributes
     ----------

@@ -122,8 +122,6 @@ class PreparedTest:
         This limit; not a number where none is reached [unit of the sensor].
     """
 
-    __test__: ClassVar[bool] = False
-
     arrays: TestArrays
     input: FloatArray
     responses: FloatArray

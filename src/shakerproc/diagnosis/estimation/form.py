@@ -83,7 +83,7 @@ class Form:
         return self.told_starts(data, found) if found.follows_most else None
 
     def told_starts(self, data: DataSet, found: Fit) -> FloatArray | None:
-        """Return starts of what is fitted to, whatever a fit leaves (see `starts_of`)."""
+        """Return the same, whatever the fit leaves; None where windows begin at rest."""
         if self.scored_fitted.run_in is None:
             return None
         settled = with_starts_fitted(data, found, self.scored_fitted)
@@ -91,8 +91,9 @@ class Form:
 
 
 def carried(
-    data: DataSet, found: Fit, forms: Sequence[Form], *, rounds: int = ROUNDS
-) -> Fit | None:
+    data: DataSet, found: Fit, forms: Sequence[Form], *, rounds: int = ROUNDS,
+    begun: bool = False,
+) -> Fit | None:  # fmt: skip
     """Return a fit carried over to one form after the other; None where it runs away.
 
     Parameters
@@ -105,13 +106,18 @@ def carried(
         The next ones, the shorter first: a long one alone is full of local minima.
     rounds : int
         Steps at each.
+    begun : bool
+        Whether it is a start, whose windows begin where its numbers tell, whatever it leaves.
+        Measured starts are off by noise, which grows in a long window, and numbers that are
+        right would move first to make up for it.
     """
     here: Fit | None = found
     for form in forms:
         if here is not None and len(form.fitted):
+            told = form.told_starts(data, here) if begun else form.starts_of(data, here)
             here = fit(
                 data, here.hypothesis, here.x, form.fitted, rounds=rounds,
-                channels=here.channels, starts=form.starts_of(data, here),
+                channels=here.channels, starts=told,
             )  # fmt: skip
     return here
 

@@ -1,4 +1,4 @@
-"""Steps of least squares: damped until the cost falls, and several along the same slopes."""
+"""Steps of least squares: damped until the cost falls enough, several along the same slopes."""
 
 from dataclasses import replace
 from typing import Final

@@ -87,7 +87,7 @@ def completed(
     Parameters
     ----------
     linear : LinearPart
-        The linear model.
+        The linear part of the model.
     motions, reference : Motions
         The motion as it was last, and that with nothing added.
     lacking : sequence of Lacking

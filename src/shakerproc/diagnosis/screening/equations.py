@@ -51,7 +51,7 @@ class Equations:
     Attributes
     ----------
     linear : LinearPart
-        The linear model.
+        The linear part of the model.
     tests : tuple of PreparedTest
         The tests.
     stretches : tuple of Stretch

@@ -25,7 +25,7 @@ class Motions:
     relative : tuple of mapping
         Motion of every place, and of every mode of a structure, against the base, by its name,
         in each test.
-    base : tuple of JointMotion
+    base : tuple of RelativeMotion
         Of the base itself; at rest where a force drives.
     """
 
