@@ -62,5 +62,5 @@ def test_dry_friction_of_a_pivot_is_no_slipping_spring(tmp_path):
     sliding = kinds["coulomb_friction"]["sliding_force"].value
     assert sliding == pytest.approx(0.05 * MASS * LENGTH, rel=0.05)
     assert kinds["cubic_stiffness"]["coefficient"].value == pytest.approx(SOFTER, rel=0.1)
-    assert found.confidence < 0.5
+    assert found.confidence < 0.9
     assert "jenkins" in found.sentence
