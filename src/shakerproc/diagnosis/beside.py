@@ -8,7 +8,7 @@ import numpy as np
 
 from shakerproc.data import FloatArray
 from shakerproc.diagnosis.campaign import Campaign
-from shakerproc.diagnosis.estimation.form import Form, carried
+from shakerproc.diagnosis.estimation.form import ROUNDS, Form, carried
 from shakerproc.diagnosis.estimation.least_squares import Fit, fit
 from shakerproc.diagnosis.found import Found
 from shakerproc.diagnosis.further_ahead import carried_on, falls_short
@@ -39,7 +39,8 @@ from shakerproc.diagnosis.selection.scores import (
     is_better,
     simplest_alike,
 )
-from shakerproc.diagnosis.simpler_laws import simpler_laws, with_simpler
+from shakerproc.diagnosis.simpler_laws import simpler_laws, starts_with, with_simpler
+from shakerproc.errors import ModelError
 
 MOST: Final = 8
 """Effects left behind that are carried to the horizon at most, beside the best in every joint:
@@ -154,9 +155,29 @@ def beside(
         fit(campaign.data, one.hypothesis, one.x, looked_at, rounds=0, channels=on.channels)
         for one in (*ranked[:FITTED], *simple)
     ]
-    there = [carried(campaign.data, one, [form], begun=True) for one in begun if one]
+    there = [_carried(campaign, on, one, form) for one in begun if one]
     scores = [as_fitted(campaign.data, one) for one in there if one is not None]
     return _simplest_first([(one.fit, one.logs) for one in scores if one is not None])
+
+
+def _carried(campaign: Campaign, on: Fit, begun: Fit, form: Form) -> Fit | None:
+    """Return a start carried to a form; begun at the fit itself where it leaves more than that.
+
+    With no force the effect leaves what the fit does.
+    """
+    there = carried(campaign.data, begun, [form], begun=True)
+    if there is not None and there.level <= on.level:
+        return there
+    none, x = _weaker((begun.hypothesis, np.concatenate([on.x, begun.x[on.x.size :]])))
+    try:
+        starts = starts_with(on, none, x)
+    except ModelError:  # no model can begin so
+        return there
+    again = fit(
+        campaign.data, none, x, form.fitted, rounds=ROUNDS, channels=on.channels, starts=starts
+    )
+    left = [one for one in (there, again) if one is not None]
+    return min(left, key=lambda one: one.level, default=None)
 
 
 _Tried = TypeVar("_Tried", Moved, Fit)

@@ -52,7 +52,7 @@ def _without_effects(data: DataSet, found: Fit) -> Fit | None:
     none = replace(found.hypothesis, added=())
     own = found.hypothesis.parts(found.x)[0]
     try:
-        starts = _starts(found, none, own)
+        starts = starts_with(found, none, own)
     except ModelError:  # no model stands so without its effect
         return None
     first = fit(
@@ -92,7 +92,7 @@ def simpler_laws(data: DataSet, found: Fit, known: Known) -> list[Fit]:
             levels = [level_at(data, hypothesis, one, held, richer.channels) for one in begun]
             x = begun[int(np.argmin(levels))]
             try:
-                starts = _starts(richer, hypothesis, x)
+                starts = starts_with(richer, hypothesis, x)
             except ModelError:  # no model can begin so
                 continue
             first = fit(
@@ -141,8 +141,8 @@ def _is_far_behind(data: DataSet, one: Fit, found: Fit) -> bool:
     return own is None or (best is not None and gain(best, own).t > FAR)
 
 
-def _starts(found: Fit, other: Hypothesis, x: FloatArray) -> FloatArray | None:
-    """Return the starts of a fit for another law: masses as there, its memory as if new.
+def starts_with(found: Fit, other: Hypothesis, x: FloatArray) -> FloatArray | None:
+    """Return the starts of a fit for another hypothesis: masses as there, memory as if new.
 
     Raises
     ------
