@@ -266,13 +266,23 @@ def _most_numbers(found: Found) -> float:
 
 
 def _predicted(found: Found, campaign: Campaign) -> list[Form]:
-    """Return the longer forms up to the last one that noise lets predict, else the form."""
+    """Return the longer forms up to the last one that noise lets predict, else the form.
+
+    With any of the hypotheses that predict as well as the best, which may run away.
+    """
+    alike = simplest_alike([found.best, *found.effects])
+    ways = [_forms_of(found, campaign, one.fit) for one in alike]
+    return max(ways, key=len) or [found.form]
+
+
+def _forms_of(found: Found, campaign: Campaign, leading: Fit) -> list[Form]:
+    """Return the longer forms that a hypothesis predicts, as far as noise lets it."""
     forms = list[Form]()
-    for form, there in carried_on(campaign.data, found.best.fit, found.form):
+    for form, there in carried_on(campaign.data, leading, found.form):
         if there is None or parted(campaign.data, there, form.held_out) > PARTED:
             break
         forms.append(form.knowing(campaign.data, there))
-    return forms or [found.form]
+    return forms
 
 
 def _worth_their_numbers(fits: Sequence[Fit]) -> list[Fit]:
