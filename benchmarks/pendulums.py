@@ -88,6 +88,9 @@ def main() -> None:
     parser.add_argument("cases", nargs="*", help=", ".join(CASES))
     parser.add_argument("--seed", type=int, default=1, help="of the noise")
     options = parser.parse_args()
+    unknown = [name for name in options.cases if name not in CASES]
+    if unknown:
+        parser.error(f"no case '{unknown[0]}'; choose from {', '.join(CASES)}")
     for name in options.cases or CASES:
         pendulum, hidden = CASES[name]
         begun = time.process_time()

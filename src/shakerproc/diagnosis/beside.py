@@ -270,19 +270,19 @@ def _predicted(found: Found, campaign: Campaign) -> list[Form]:
 
     With any of the hypotheses that predict as well as the best, which may run away.
     """
-    alike = simplest_alike([found.best, *found.effects])
-    ways = [_forms_of(found, campaign, one.fit) for one in alike]
-    return max(ways, key=len) or [found.form]
+    alike = simplest_alike(list(dict.fromkeys([found.best, *found.effects])))
+    longest = max((_followed(found, campaign, one.fit) for one in alike), key=len)
+    return [form.knowing(campaign.data, there) for form, there in longest] or [found.form]
 
 
-def _forms_of(found: Found, campaign: Campaign, leading: Fit) -> list[Form]:
-    """Return the longer forms that a hypothesis predicts, as far as noise lets it."""
-    forms = list[Form]()
+def _followed(found: Found, campaign: Campaign, leading: Fit) -> list[tuple[Form, Fit]]:
+    """Return the longer forms that noise lets a hypothesis predict, each with it there."""
+    followed = list[tuple[Form, Fit]]()
     for form, there in carried_on(campaign.data, leading, found.form):
         if there is None or parted(campaign.data, there, form.held_out) > PARTED:
             break
-        forms.append(form.knowing(campaign.data, there))
-    return forms
+        followed.append((form, there))
+    return followed
 
 
 def _worth_their_numbers(fits: Sequence[Fit]) -> list[Fit]:

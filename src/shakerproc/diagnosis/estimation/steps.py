@@ -58,14 +58,15 @@ def better(
     damped one gains more.
     """
     best: tuple[Point, State, float] | None = None
+    least = cost
     for _ in range(TRIALS):
         there, fall = equations.taken(damping)
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
             there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
-        if tried is not None and tried[2] < (cost if best is None else best[1][2]):
-            best = there, tried, max(damping / 10.0, LEAST_DAMPING)
-        if fall < SETTLED or (best is not None and cost - best[1][2] >= SETTLED):
+        if tried is not None and tried[2] < least:
+            best, least = (there, tried, max(damping / 10.0, LEAST_DAMPING)), tried[2]
+        if fall < SETTLED or cost - least >= SETTLED:
             break
         damping *= 10.0
     return best
