@@ -31,6 +31,11 @@ ALONE: Final = 0.1
 nothing is there that it could disagree with [-]."""
 
 
+LEAST_LEFT: Final = 1e-9
+"""Share of the information that other blocks hold, up to which one block tells a number alone:
+next to the rounding of sums [-]."""
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Cluster:
@@ -78,15 +83,13 @@ def covariance(
         disagree by more than their blocks explain, it is that of the scatter between tests [-].
     """
     blocks = list(clusters)
-    one = np.eye(len(inverse))
-    each = np.array([
-        inverse @ np.linalg.lstsq(one - own.gram @ inverse, own.pull, rcond=1e-9)[0]
-        for own in blocks
-    ])
+    power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
+    root = directions * np.sqrt(np.maximum(power, 0.0))
+    each = np.array([_left_out(root, own) for own in blocks])
     found: FloatArray = each.T @ each * max(len(each) - 1, 1) / len(each)
     untold = np.diag(inverse) > UNTOLD**2
     found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
-    square, expected = _between_tests(inverse, blocks)
+    square, expected = _between_tests(root, blocks)
     within, between = freedom_of(each**2), freedom_of(expected)
     ratio = square / np.maximum(np.diag(found), np.finfo(float).tiny)
     disagree = scipy.special.fdtrc(between, within, ratio) < BY_CHANCE
@@ -94,8 +97,22 @@ def covariance(
     return found, wider
 
 
+def _left_out(root: FloatArray, own: Cluster) -> FloatArray:
+    r"""Return the step back to where the numbers were without a block, (n,) array.
+
+    .. math:: A^{-1} (I - G A^{-1})^{-1} p = R (I - R^T G R)^{-1} R^T p, \qquad A^{-1} = R R^T
+
+    of which the symmetric form alone can be computed where a direction is told by nothing:
+    the other is off by a factor of 500 there. Nothing of what the block tells alone.
+    """
+    share, axes = np.linalg.eigh(root.T @ own.gram @ root)
+    turned, others = root @ axes, 1.0 - share
+    lifted = np.where(others > LEAST_LEFT, 1.0 / np.maximum(others, LEAST_LEFT), 0.0)
+    return np.asarray(turned @ (lifted * (turned.T @ own.pull)))
+
+
 def _between_tests(
-    inverse: FloatArray, blocks: Sequence[Cluster]
+    root: FloatArray, blocks: Sequence[Cluster]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the variance of every number between tests, and how much each test adds to it.
 
@@ -103,8 +120,6 @@ def _between_tests(
     [3]_), (n,) array, and nothing of what one test tells alone; the second from the
     information, relative, (n_tests, n) array.
     """
-    power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
-    root = directions * np.sqrt(np.maximum(power, 0.0))
     alone, expected = [], []
     total = sum(own.gram for own in blocks)
     for test in sorted({own.test for own in blocks}):

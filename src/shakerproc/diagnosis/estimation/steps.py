@@ -23,6 +23,13 @@ CHORDS: Final = 6
 WORTH: Final = 0.1
 """Share of the fall of the step before below which new slopes are worth more [-]."""
 
+EVENLY: Final = 1.5
+"""Fall of the cost over what slopes foretell from which a step is tried twice as long: halfway
+between a cost that is as curved as its slopes (1) and one that falls evenly (2) [-]."""
+
+LONGER: Final = 6
+"""How often a step is doubled at most [-]."""
+
 LEAST_DAMPING: Final = 1e-9
 """Least damping over the diagonal: next to the rounding of the equations [-]."""
 
@@ -69,4 +76,23 @@ def better(
         if fall < SETTLED or cost - least >= SETTLED:
             break
         damping *= 10.0
+    if best is not None and cost - least > max(SETTLED, EVENLY * fall):
+        best = _longer(equations, best, damping)
     return best
+
+
+def _longer(
+    equations: NormalEquations, found: tuple[Point, State, float], damping: float
+) -> tuple[Point, State, float]:
+    """Return where the longest step along a line leads that still gains.
+
+    Where a resonance jumps, or friction sticks for longer, residuals grow with the root of
+    what moves: the cost falls evenly, and a step by its slopes covers a hundredth of the way.
+    """
+    for doubled in range(1, LONGER + 1):
+        there, _ = equations.taken(damping, 2.0**doubled)
+        tried = equations.linearisation.residual(there)
+        if tried is None or found[1][2] - tried[2] < SETTLED:
+            break
+        found = (there, tried, found[2])
+    return found
