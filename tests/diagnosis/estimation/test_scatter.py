@@ -69,3 +69,34 @@ def test_a_number_that_one_block_tells_is_as_uncertain_as_one_observation():
     many, one = wider_by(freedom_of(blocks**2))
     assert many == pytest.approx(3.182 / 1.960, rel=1e-3)  # tables of Student's law
     assert one == pytest.approx(12.706 / 1.960, rel=1e-3)
+
+
+def test_the_scatter_of_numbers_that_no_block_tells_is_that_of_fits_without_each():
+    """Oracle: every block left out and all fitted anew, by singular values of the rows.
+
+    The last two numbers tell the same 1e4 times better than a prior of 1 tells each, so that
+    only their sum is known; the power law has force and reference displacement so.
+    """
+    rng = np.random.default_rng(2)
+    columns = rng.normal(size=(TESTS, BLOCKS, SAMPLES, 2)) * np.array([1.0, 1e4])
+    columns = np.concatenate([columns, 0.2 * columns[..., 1:]], axis=-1)
+    measured = rng.normal(size=columns.shape[:3])
+    prior = np.eye(3)
+
+    def fitted(rows, values):
+        stacked = np.concatenate([rows.reshape(-1, 3), prior])
+        return np.linalg.lstsq(stacked, np.append(values.ravel(), np.zeros(3)))[0]
+
+    found = fitted(columns, measured)
+    by_hand = []
+    for out in np.ndindex(TESTS, BLOCKS):
+        kept = np.ones((TESTS, BLOCKS), bool)
+        kept[out] = False
+        by_hand.append(found - fitted(columns[kept], measured[kept]))
+    steps = np.array(by_hand)
+    expected = steps.T @ steps * (len(steps) - 1) / len(steps)
+    _, size, turned = np.linalg.svd(np.concatenate([columns.reshape(-1, 3), prior]))
+    square, _ = covariance(
+        turned.T @ np.diag(size**-2) @ turned, clusters_of(measured - columns @ found, columns)
+    )
+    np.testing.assert_allclose(square, expected, rtol=1e-3, atol=1e-14)

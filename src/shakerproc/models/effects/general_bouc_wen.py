@@ -109,7 +109,9 @@ class GeneralBoucWen(AbstractEffect):
         larger = max(abs(loading), abs(unloading))
         if larger == 0.0:
             return (Row(Law.BOUC_WEN, (self.alpha, 1.0, 1.0, 0.0, 0.0)),)
-        scale = (larger * self.alpha ** (self.exponent - 1.0)) ** (-1.0 / self.exponent)
+        # in logarithms: the power alone overflows where draws of a forecast try 60 for 6
+        power = math.log(larger) + (self.exponent - 1.0) * math.log(self.alpha)
+        scale = math.exp(-power / self.exponent)
         shares = (loading / larger, unloading / larger)
         return (Row(Law.BOUC_WEN, (self.alpha, scale, self.exponent, *shares)),)
 
