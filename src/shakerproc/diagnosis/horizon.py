@@ -82,6 +82,9 @@ def compared(
             if whole is not None and whole.is_noise:
                 return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
         here = _silent(campaign, standing, form) if i < len(forms) - 1 else None
+        if here is not None and not best.hypothesis.added:
+            best = here.best
+            standing = [best, *(one for one in standing if one.hypothesis.added)]
         scores = []
         if here is None:
             led = _led_there(campaign, best, standing, form, any_will_do=i == 0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from shakerproc.comparison import Measured
 from shakerproc.data import FloatArray
-from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fit_to_fewer, numbers_of
+from shakerproc.diagnosis.fitted_numbers import FittedNumbers, fit_of, fit_to_fewer, numbers_of
 from shakerproc.errors import DiagnosisError, LogError
 from shakerproc.forecasts.ensemble import (
     PAIRED_DRAWS,
@@ -22,7 +22,6 @@ from shakerproc.forecasts.ensemble import (
     n_draws,
     spreads_of,
 )
-from shakerproc.forecasts.fitting import fit_of_levels
 from shakerproc.forecasts.levels import (
     ALLOWED,
     JudgedLimit,
@@ -353,7 +352,7 @@ def evidence_of(
             same_drive = kind_of_measured(model, near[0]) == kind
             yield from freed(raw(fitted_numbers, test, highest), there, same_drive=same_drive)
 
-    alone = fit_of_levels(model, fitted, say)
+    alone = fit_of(model, fitted, say)
     numbers = numbers_of(alone)
     errors = list(errors_of(numbers, fitted, fitted))
     below: tuple[Measured, ...] = ()
