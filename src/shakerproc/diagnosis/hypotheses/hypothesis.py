@@ -221,7 +221,8 @@ def hypothesis_of(model: Model) -> Hypothesis:
         OwnNumber(i, name)
         for i, element in enumerate(model.elements)
         for name, parameter in element.effect.parameters.items()
-        if not parameter.choices and _is_free(getattr(element.effect, name))
+        if not (parameter.choices or parameter.reference)
+        and _is_free(getattr(element.effect, name))
     ]
     if model.excitation.kind == "force":
         own += [OwnNumber(None, name) for name in model.masses]

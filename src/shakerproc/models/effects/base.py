@@ -42,6 +42,8 @@ class Parameter:
         Its smallest value, where `sign` does not say it [unit].
     holds : {"number", "numbers", "rows", "effects"}
         A number (or a word), numbers in a row, rows of numbers, or effects.
+    reference : bool
+        Whether it only says where another number holds, so that no test can tell both.
     """
 
     unit: str
@@ -53,6 +55,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     least: float | None = None
     holds: Holds = "number"
+    reference: bool = False
 
     @property
     def positive(self) -> bool:

@@ -62,7 +62,7 @@ class PowerLaw(AbstractMemorylessEffect):
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "force": Parameter("N", "κ", "force at the reference displacement", linear=True),
-        "reference_displacement": Parameter("m", "a", "reference displacement"),
+        "reference_displacement": Parameter("m", "a", "reference displacement", reference=True),
         "exponent": Parameter("1", "n", "exponent, at least 1", least=1.0),
     })
 

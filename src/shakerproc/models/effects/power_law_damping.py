@@ -48,7 +48,7 @@ class PowerLawDamping(AbstractMemorylessEffect):
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "damping": Parameter("N s/m", "c", "damping at the reference", linear=True),
-        "reference_displacement": Parameter("m", "a", "reference displacement"),
+        "reference_displacement": Parameter("m", "a", "reference displacement", reference=True),
         "exponent": Parameter("1", "n", "exponent, at least 1", least=1.0),
     })
 
