@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from shakerproc.diagnosis.estimation.scatter import (
-    Cluster,
-    covariance,
-    freedom_of,
-    wider_by,
-    without_each,
-)
+from shakerproc.diagnosis.estimation.scatter import Cluster, covariance, freedom_of, wider_by
 
 TESTS, BLOCKS, SAMPLES = 6, 30, 20
 
@@ -21,11 +15,6 @@ def clusters_of(residual, columns):
         for test in range(TESTS)
         for x, r in zip(columns[test], residual[test], strict=True)
     ]
-
-
-def scattered(inverse, clusters):
-    """Return covariance and how much wider bounds are, each block left out by its slopes."""
-    return covariance(inverse, clusters, without_each(inverse, clusters)[0])
 
 
 def drawn(seed, *, between):
@@ -45,7 +34,7 @@ def share_held(*, between, of_tests=True):
     held = []
     for seed in range(100):
         found, inverse, clusters = drawn(seed, between=between)
-        square, wider = scattered(inverse, clusters)
+        square, wider = covariance(inverse, clusters)
         bound = (wider if of_tests else 1.0) * np.sqrt(np.diag(square))
         held.append(np.abs(found) < 1.96 * bound)
     return np.mean(held)
@@ -70,7 +59,7 @@ def test_what_one_test_tells_is_as_certain_as_its_blocks_say():
     flat = columns.reshape(-1, 2)
     inverse = np.linalg.inv(flat.T @ flat)
     residual = measured - columns @ (inverse @ flat.T @ measured.ravel())
-    square, wider = scattered(inverse, clusters_of(residual, columns))
+    square, wider = covariance(inverse, clusters_of(residual, columns))
     np.testing.assert_allclose(square[1, 1], inverse[1, 1], rtol=0.7)
     assert wider[1] < 1.5
 
@@ -107,7 +96,7 @@ def test_the_scatter_of_numbers_that_no_block_tells_is_that_of_fits_without_each
     steps = np.array(by_hand)
     expected = steps.T @ steps * (len(steps) - 1) / len(steps)
     _, size, turned = np.linalg.svd(np.concatenate([columns.reshape(-1, 3), prior]))
-    square, _ = scattered(
+    square, _ = covariance(
         turned.T @ np.diag(size**-2) @ turned, clusters_of(measured - columns @ found, columns)
     )
     np.testing.assert_allclose(square, expected, rtol=1e-3, atol=1e-14)

@@ -7,7 +7,6 @@ References
    Birkhaeuser, 1983 (multiple shooting, elimination of local variables).
 """
 
-import itertools
 from collections.abc import Iterator
 from typing import Final, final
 
@@ -110,30 +109,16 @@ class NormalEquations:
         step = self._solved(normal, score, damping)
         fall -= float(score @ step)
         step *= times
-        n_x = self.at.x.size
-        step[:n_x] = np.clip(step[:n_x], -LONGEST_STEP, LONGEST_STEP)
-        return self.moved(step, inverses), fall / self.linearisation.correlation
-
-    def moved(self, step: FloatArray, inverses: list[FloatArray] | None = None) -> Point:
-        """Return where a step of all numbers leads, within bounds, starts moved along.
-
-        Parameters
-        ----------
-        step : (n,) array
-            Of coordinates, gains, delays and numbers of tests.
-        inverses : list of (n_members, n_starts, n_starts) array, optional
-            Of what the windows of each stack tell of their starts, damped; undamped.
-        """
         n_x, n_s = self.at.x.size, self.at.gain.size
-        x = np.clip(self.at.x + step[:n_x], self.linearisation.low, self.linearisation.high)
+        change = np.clip(step[:n_x], -LONGEST_STEP, LONGEST_STEP)
+        x = np.clip(self.at.x + change, self.linearisation.low, self.linearisation.high)
         moved = np.concatenate([x - self.at.x, step[n_x:]])
-        if inverses is None:
-            inverses = [_inverse(own) for own, _, _ in self.kept]
         gain = np.clip(self.at.gain + moved[n_x : n_x + n_s], *GAINS)
         delay = self.at.delay + moved[n_x + n_s : n_x + 2 * n_s]
         own = moved[n_x + 2 * n_s :].reshape(self.at.of_tests.shape)
         of_tests, starts = self.at.of_tests + own, self._starts(moved, inverses)
-        return Point(x, gain, delay, of_tests, starts)
+        there = Point(x, gain, delay, of_tests, starts)
+        return there, fall / self.linearisation.correlation
 
     def clusters(self, slopes: Linearised) -> Iterator[Cluster]:
         """Yield the information of every block of every window, starts included."""
@@ -143,10 +128,10 @@ class NormalEquations:
             left, columns = self._without_starts(slopes, i)
             parts = max(1, round(left.shape[1] / min(size, left.shape[1])))
             edges = np.linspace(0, left.shape[1], parts + 1).astype(int)
-            for window, (rows, short) in enumerate(zip(columns, left, strict=True)):
-                for first, stop in itertools.pairwise(edges):
-                    own, pull = rows[first:stop], rows[first:stop].T @ short[first:stop]
-                    yield Cluster(test, own.T @ own, pull, (i, window, first, stop))
+            for rows, short in zip(columns, left, strict=True):
+                for block in map(slice, edges[:-1], edges[1:]):
+                    own = rows[block]
+                    yield Cluster(test, own.T @ own, own.T @ short[block])
 
     def pulled_by(self, slopes: Linearised, change: list[FloatArray]) -> FloatArray:
         """Return how a change of the residual pulls at all numbers but the starts, (n,) array.

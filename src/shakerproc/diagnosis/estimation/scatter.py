@@ -10,7 +10,7 @@ References
    with multi-stage samples", Survey Methodology 28, 169-181, 2002.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -49,19 +49,15 @@ class Cluster:
         Its information.
     pull : (n,) array
         Slopes times residual.
-    place : (int, int, int, int)
-        The stack of windows it is in, which window of that, the first of its residuals, and
-        the first that is not.
     """
 
     test: int
     gram: FloatArray
     pull: FloatArray
-    place: tuple[int, int, int, int] = (0, 0, 0, 0)
 
 
 def covariance(
-    inverse: FloatArray, blocks: Sequence[Cluster], each: FloatArray
+    inverse: FloatArray, clusters: Iterable[Cluster]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the covariance of numbers, and by how much their bounds are wider.
 
@@ -73,10 +69,8 @@ def covariance(
     ----------
     inverse : (n, n) array
         Of the information of all.
-    blocks : sequence of Cluster
-        All of them.
-    each : (n_blocks, n) array
-        The step that each of them makes (see `without_each`).
+    clusters : iterable of Cluster
+        All blocks.
 
     Returns
     -------
@@ -88,10 +82,14 @@ def covariance(
         number that few blocks tell is less certain than their scatter says. Where tests
         disagree by more than their blocks explain, it is that of the scatter between tests [-].
     """
+    blocks = list(clusters)
+    power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
+    root = directions * np.sqrt(np.maximum(power, 0.0))
+    each = np.array([_left_out(root, own) for own in blocks])
     found: FloatArray = each.T @ each * max(len(each) - 1, 1) / len(each)
     untold = np.diag(inverse) > UNTOLD**2
     found[untold, untold] = np.maximum(found[untold, untold], np.diag(inverse)[untold])
-    square, expected = _between_tests(_root(inverse), blocks)
+    square, expected = _between_tests(root, blocks)
     within, between = freedom_of(each**2), freedom_of(expected)
     ratio = square / np.maximum(np.diag(found), np.finfo(float).tiny)
     disagree = scipy.special.fdtrc(between, within, ratio) < BY_CHANCE
@@ -99,44 +97,18 @@ def covariance(
     return found, wider
 
 
-def without_each(
-    inverse: FloatArray, blocks: Sequence[Cluster]
-) -> tuple[FloatArray, FloatArray]:
-    r"""Return the step that each block makes, and the largest share that it has in a direction.
+def _left_out(root: FloatArray, own: Cluster) -> FloatArray:
+    r"""Return the step back to where the numbers were without a block, (n,) array.
 
     .. math:: A^{-1} (I - G A^{-1})^{-1} p = R (I - R^T G R)^{-1} R^T p, \qquad A^{-1} = R R^T
 
-    Without the block the numbers were that step back, were the residual as straight as its
-    slopes. The symmetric form alone can be computed where a direction is told by nothing: the
-    other is off by a factor of 500 there. Nothing of what the block tells alone.
-
-    Parameters
-    ----------
-    inverse : (n, n) array
-        Of the information of all.
-    blocks : sequence of Cluster
-        All of them.
-
-    Returns
-    -------
-    (n_blocks, n) array
-        The steps.
-    (n_blocks,) array
-        The shares of the information [-].
+    of which the symmetric form alone can be computed where a direction is told by nothing:
+    the other is off by a factor of 500 there. Nothing of what the block tells alone.
     """
-    root, steps, shares = _root(inverse), [], []
-    for own in blocks:
-        share, axes = np.linalg.eigh(root.T @ own.gram @ root)
-        turned, others = root @ axes, 1.0 - share
-        lifted = np.where(others > LEAST_LEFT, 1.0 / np.maximum(others, LEAST_LEFT), 0.0)
-        steps.append(turned @ (lifted * (turned.T @ own.pull)))
-        shares.append(share[-1])
-    return np.array(steps), np.array(shares)
-
-
-def _root(inverse: FloatArray) -> FloatArray:
-    power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
-    return np.asarray(directions * np.sqrt(np.maximum(power, 0.0)))
+    share, axes = np.linalg.eigh(root.T @ own.gram @ root)
+    turned, others = root @ axes, 1.0 - share
+    lifted = np.where(others > LEAST_LEFT, 1.0 / np.maximum(others, LEAST_LEFT), 0.0)
+    return np.asarray(turned @ (lifted * (turned.T @ own.pull)))
 
 
 def _between_tests(

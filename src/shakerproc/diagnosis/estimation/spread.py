@@ -15,7 +15,7 @@ from shakerproc.data import FloatArray
 from shakerproc.diagnosis.estimation.normal_equations import NormalEquations
 from shakerproc.diagnosis.estimation.point import Point
 from shakerproc.diagnosis.estimation.residual_slopes import Linearisation
-from shakerproc.diagnosis.estimation.scatter import Cluster, covariance, without_each
+from shakerproc.diagnosis.estimation.scatter import covariance
 from shakerproc.diagnosis.estimation.uncertain import Uncertainty
 from shakerproc.errors import DiagnosisError
 
@@ -25,12 +25,6 @@ PAIRS: Final = 4
 TOLD: Final = 1.0
 """Standard deviation of a coordinate, the logarithm of most numbers, from which the tests do
 not tell it: a factor of e [-]."""
-
-RULES: Final = 0.5
-"""Share of the information from which a block rules: more than all others together [-]."""
-
-HALVINGS: Final = 12
-"""How often a step without such a block is halved [-]."""
 
 AT_BOUND: Final = 1e-6
 """Distance from a bound within which a coordinate stands at it [-]."""
@@ -72,37 +66,11 @@ class Spread:
         slopes = linearisation.linearise(at, state)
         equations = NormalEquations(linearisation, at, slopes, known_spread(linearisation))
         inverse = equations.inverted()
-        blocks = list(equations.clusters(slopes))
-        each, shares = without_each(inverse, blocks)
-        for i in np.flatnonzero(shares > RULES):
-            each[i] *= self._believed(equations, state[0], blocks[i], each[i])
-        self.covariance, wider = covariance(inverse, blocks, each)
+        self.covariance, wider = covariance(inverse, equations.clusters(slopes))
         self._student = self.covariance * np.outer(wider, wider)
         louder = equations.pulled_by(slopes, _by_input(linearisation, at))
         self._by_input = inverse @ louder
         self._by_known = inverse * equations.prior
-
-    def _believed(
-        self,
-        equations: NormalEquations,
-        here: list[FloatArray],
-        block: Cluster,
-        step: FloatArray,
-    ) -> float:
-        """Return the share of a step back at which the other blocks are not worse off.
-
-        What one block tells almost alone, a resonance that jumps in it, is as steep there as
-        nowhere else: by its slopes the others would bear any step.
-        """
-        for halved in 0.5 ** np.arange(HALVINGS):
-            there = self._linearisation.residual(equations.moved(-halved * step))
-            if there is not None:
-                rows = [one.copy() for one in there[0]]
-                stack, window, first, stop = block.place
-                rows[stack][window, first:stop] = here[stack][window, first:stop]
-                if self._linearisation.cost(rows, self._at) <= self._here:
-                    return float(halved)
-        return 0.0
 
     def uncertainty(self) -> Uncertainty:
         r"""Return standard deviations by source: the tests, the calibration, numbers untested.
