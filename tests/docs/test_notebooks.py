@@ -84,5 +84,5 @@ def test_the_antenna():
     notebook, told = executed("antenna")
     assert pictures(notebook) == 2
     assert "The model lacks gap between base and foot 2" in words(told)
-    found = re.search(r"kind: gap.*clearance: ([\d.]+) um", told)
-    assert float(found[1]) == pytest.approx(20.0, rel=0.02)
+    found = re.search(r"<td>clearance</td>\s*<td>([\d.e-]+)</td>", told)
+    assert float(found[1]) == pytest.approx(20e-6, rel=0.02)
