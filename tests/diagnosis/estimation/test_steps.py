@@ -41,8 +41,9 @@ class Turning:
         self.linearisation = SimpleNamespace(residual=lambda x: (None, None, 1.0 + x**2))
 
     def taken(self, damping, times=1.0):
-        """Return where a step leads, and the fall that the slopes foretell."""
-        return self.x * (1.0 - 0.1 * times), 0.1 * self.x**2
+        """Return where a damped step leads, and the fall that the slopes foretell."""
+        share = 0.1 / (1.0 + damping)
+        return self.x * (1.0 - share * times), share * self.x**2
 
 
 def test_a_step_that_slopes_foretell_is_taken_at_once():
@@ -72,7 +73,7 @@ def test_a_small_gain_is_taken_where_no_damped_step_gains_more():
 
 def test_a_step_that_gains_more_than_slopes_foretell_is_doubled_as_long_as_that_gains():
     """1, 2, 4, 8 and 16 tenths of the way from 10: the last lies beyond, at -6."""
-    there, (*_, cost), _ = better(Turning(10.0), 101.0, 1e-3)
+    there, (*_, cost), _ = better(Turning(10.0), 101.0, 1e-9)
     assert there == pytest.approx(2.0)
     assert cost == pytest.approx(5.0)
 

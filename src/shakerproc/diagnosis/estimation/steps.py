@@ -86,8 +86,8 @@ def _longer(
 ) -> tuple[Point, State, float]:
     """Return where the longest step along a line leads that still gains.
 
-    A resonance that jumps at another time than was measured leaves as much whenever it does, but
-    slopes as steep as it is tall: the step that other residuals ask for is a hundredth of it.
+    A resonance that jumps at another time than was measured leaves as much whenever it does,
+    with slopes as steep as it is tall: the step that all else asks for is a hundredth.
     """
     for doubled in range(1, LONGER + 1):
         there, _ = equations.taken(damping, 2.0**doubled)
