@@ -11,6 +11,7 @@ from shakerproc.diagnosis.estimation.data_set import DataSet
 from shakerproc.diagnosis.joint_outcomes import Locked
 from shakerproc.diagnosis.selection.next_test import Laboratory
 from shakerproc.diagnosis.selection.proposing import as_good, proposed, unexercised
+from shakerproc.diagnosis.selection.which_joint import alternatives, indistinguishable
 from shakerproc.models import EFFECTS
 from shakerproc.testlog import Shaker
 
@@ -37,6 +38,21 @@ def test_richer_hypotheses_and_those_of_the_same_kinds_are_no_ties():
     assert as_good([CUBIC, GAP, richer, same]) == []
     assert as_good([GAP, CUBIC, richer, same]) == [CUBIC, same]
     assert as_good([]) == []
+
+
+def test_what_does_as_well_is_told_with_all_the_effects_that_it_needs():
+    """Dry friction and drag, told from friction and drift or from one element alone."""
+
+    def named(*kinds):
+        names = frozenset((kind, JOINT) for kind in kinds)
+        hypothesis = SimpleNamespace(kinds=kinds, size=5, names=names, added=())
+        return SimpleNamespace(fit=SimpleNamespace(hypothesis=hypothesis))
+
+    own = named("coulomb_friction", "quadratic_damping")
+    tied = [own, named("coulomb_friction", "stiffness_drift"), named("jenkins")]
+    assert alternatives(tied) == ("coulomb_friction with stiffness_drift", "jenkins")
+    assert indistinguishable(tied) == ("stiffness_drift", "jenkins")
+    assert alternatives([own]) == ()
 
 
 @pytest.mark.parametrize(

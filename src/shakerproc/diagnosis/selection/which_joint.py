@@ -29,13 +29,28 @@ def in_other_joints(standing: Sequence[Score]) -> list[Score]:
 
 def indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
     """Return kinds and joints that predict as well as the chosen one and are no richer."""
-    tied = as_good(standing)
     own = standing[0].fit.hypothesis.kinds if standing else ()
-    kinds = [kind for s in tied for kind in s.fit.hypothesis.kinds if kind not in own]
-    for score in in_other_joints(standing):
-        added = score.fit.hypothesis.added
-        kinds += [f"{one.kind} between {' and '.join(one.between)}" for one in added]
-    return tuple(dict.fromkeys(kinds))
+    tied = [score.fit.hypothesis.kinds for score in as_good(standing)]
+    kinds = [kind for one in tied for kind in one if kind not in own]
+    elsewhere = (name for names in _elsewhere(standing) for name in names)
+    return tuple(dict.fromkeys([*kinds, *elsewhere]))
+
+
+def alternatives(standing: Sequence[Score]) -> tuple[str, ...]:
+    """Return the same in words, each with all the effects that it needs."""
+    tied = [score.fit.hypothesis.kinds for score in as_good(standing)]
+    return tuple(dict.fromkeys(" with ".join(one) for one in (*tied, *_elsewhere(standing))))
+
+
+def _elsewhere(standing: Sequence[Score]) -> list[list[str]]:
+    """Return the effects and joints of each that has the chosen effects in other joints."""
+    return [
+        [
+            f"{one.kind} between {' and '.join(one.between)}"
+            for one in score.fit.hypothesis.added
+        ]
+        for score in in_other_joints(standing)
+    ]
 
 
 def shared(probability: float | None, standing: Sequence[Score]) -> float | None:
