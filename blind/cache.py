@@ -13,7 +13,7 @@ from blind.campaign import Campaign, TestRun
 from blind.excitations import Drive
 from blind.structures import Joint, Structure
 
-VERSION = 3
+VERSION = 4
 """Raise it where a draw changes."""
 ROWS = ("control", "response", "clean")
 

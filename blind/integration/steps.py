@@ -6,8 +6,10 @@ from blind.integration.forces import derivative, stretch
 from blind.laws.layout import (
     BASE,
     BEFORE,
+    BOUC_WEN,
     ELEMENTS,
     FORCES,
+    GENERAL_BOUC_WEN,
     KIND,
     LIMIT,
     LUGRE,
@@ -104,16 +106,30 @@ def locate(m, which, share, done):
 
 @kernel
 def stable_share(m, share):
-    """At most so much of a step that no bristle decays by more than half in it."""
+    """At most so much of a step that no memory decays by more than half in it."""
     n = int(m[N_MASSES])
     for e in range(int(m[N_ELEMENTS])):
         p = ELEMENTS + STRIDE * e
-        if m[p + KIND] == LUGRE:
+        if m[p + KIND] in (LUGRE, BOUC_WEN, GENERAL_BOUC_WEN):
             _, w = stretch(m, Y, p, n)
-            decay = m[p + 3] * abs(w) / m[p] * m[STEP]
+            decay = forgets(m, p) * abs(w) * m[STEP]
             if decay * share > 0.5:
                 share = 0.5 / decay
     return share
+
+
+@kernel
+def forgets(m, p):
+    """How fast a memory decays with the way [1/m]: a bristle that slides, a loop that yields.
+
+    Of a loop where it is saturated: there its tangent changes fastest.
+    """
+    if m[p + KIND] == LUGRE:
+        return m[p + 3] / m[p]
+    if m[p + KIND] == BOUC_WEN:
+        return m[p + 2] / m[p + 1]
+    larger = max(abs(m[p + 1] + m[p + 2]), abs(m[p + 2] - m[p + 1]))
+    return m[p + 3] * m[p] ** (1.0 - 1.0 / m[p + 3]) * larger ** (1.0 / m[p + 3])
 
 
 @kernel

@@ -160,3 +160,19 @@ def test_bristles_at_high_velocity_stay_stable():
     sliding = np.abs(motion.rate[:, 0]) > 0.01
     assert np.median(np.abs(motion.force[sliding, 0])) == pytest.approx(0.5, rel=0.02)
     assert np.max(np.abs(motion.force[sliding, 0])) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("code", "numbers"),
+    [
+        (laws.BOUC_WEN, (2e7, 1e-7, 1.5)),
+        (laws.GENERAL_BOUC_WEN, (2e7, 1e7 / 2.0**1.5, 1e7 / 2.0**1.5, 1.5)),
+    ],
+)
+def test_a_loop_that_has_yielded_holds_its_force_however_fast_it_moves(code, numbers):
+    """Stiffness times yield displacement, 2 N, slows the mass evenly: v = v0 - F t / m."""
+    motion = pulse(((code, -1, 0, numbers, ()),), (-1, 0, 0.0, 0.0), 0.02, 400.0)
+    t = np.arange(motion.velocity.shape[0]) / SAMPLE_RATE
+    after = t > 1e-3
+    slope, _ = np.polyfit(t[after], motion.velocity[after, 0], 1)
+    assert slope == pytest.approx(-2.0 / MASS, rel=1e-6)
