@@ -260,9 +260,7 @@ def along(
     *,
     beside: Fit | None = None,
 ) -> list[Score]:
-    """Return fits carried over to one horizon after the other, and scored at the last.
-
-    Those that run away are left out.
+    """Return fits carried over to each horizon, scored at the last if they do not run away.
 
     Parameters
     ----------
@@ -291,9 +289,7 @@ def along(
 def _far_behind(campaign: Campaign, fits: Sequence[Fit], beside: Fit, form: Form) -> list[Fit]:
     """Return the fits at a horizon that predict far worse there than another one does."""
     best = scored_at(campaign, [carried(campaign.data, beside, [form], rounds=0)], form)
-    if not best:
-        return []
-    scores = scored_at(campaign, fits, form)
+    scores = scored_at(campaign, fits, form) if best else []
     return [score.fit for score in scores if gain(best[0], score).t > FAR]
 
 

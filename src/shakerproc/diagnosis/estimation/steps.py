@@ -62,21 +62,21 @@ def better(
     """Return where a step gains, its state, and the next damping [-]; None if none does.
 
     One that gains next to nothing, though more is foretold, was too long: it is taken if no
-    damped one gains more.
+    damped one gains more. One that gains far more was too short (see `_longer`).
     """
     best: tuple[Point, State, float] | None = None
-    least = cost
+    least, foretold = cost, np.inf
     for _ in range(TRIALS):
-        there, fall = equations.taken(damping)
+        there, foretold = equations.taken(damping)
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
             there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
         if tried is not None and tried[2] < least:
             best, least = (there, tried, max(damping / 10.0, LEAST_DAMPING)), tried[2]
-        if fall < SETTLED or cost - least >= SETTLED:
+        if foretold < SETTLED or cost - least >= SETTLED:
             break
         damping *= 10.0
-    if best is not None and cost - least > max(SETTLED, EVENLY * fall):
+    if best is not None and cost - least > max(SETTLED, EVENLY * foretold):
         best = _longer(equations, best, damping)
     return best
 
