@@ -21,7 +21,6 @@ from shakerproc.diagnosis.further_ahead import ahead, falls_short
 from shakerproc.diagnosis.hypotheses.joints import Joint, carried_force, joints_of
 from shakerproc.diagnosis.joint_outcomes import FurtherMode, Locked, mode_notes
 from shakerproc.diagnosis.result import Diagnosis, Errors, Finding, Tried, Where
-from shakerproc.diagnosis.selection import which_joint
 from shakerproc.diagnosis.selection.choice import (
     bare,
     further,
@@ -54,6 +53,7 @@ from shakerproc.diagnosis.selection.tried import (
     untried,
 )
 from shakerproc.diagnosis.selection.where import failed_tests, where_it_fails
+from shakerproc.diagnosis.selection.which_joint import joint_notes, shared, ties
 from shakerproc.diagnosis.updated import Comparisons
 from shakerproc.models.effects.base import AbstractEffect, AbstractMemorylessEffect
 from shakerproc.testlog import Shaker
@@ -82,10 +82,7 @@ def judged(
     chosen = standing[0] if standing else bare(found)
     data, fit = found.data, ahead(found.data, chosen.fit, found.form)
     (before, after), own = errors_among(found, chosen)
-    alike, (faults, open_ones, at_fault) = (
-        which_joint.indistinguishable(standing),
-        _faults(found, chosen),
-    )
+    (alike, tied), (faults, open_ones, at_fault) = ties(standing), _faults(found, chosen)
     far, effects = {} if found.rigid else far_numbers(fit), _effects(fit)
     linear, locked, unclosed = linear_estimates(fit), _locked(found, fit, effects), None
     laboratory = Laboratory(data.tests, data.model, shaker, seed)
@@ -101,7 +98,6 @@ def judged(
     elif locked:
         verdict, sentence, effects = "cannot tell", wording.locked_sentence(locked), []
     elif effects:
-        tied = which_joint.alternatives(standing)
         verdict, said = "effect found", wording.found_sentence(effects, faults, errors, tied)
         sentence = _with_rest(said, found, chosen, errors, left, after=after, apart=apart)
     elif faults and (at_fault or not missing):
@@ -134,7 +130,7 @@ def judged(
         further=asked,
         notes=_notes(found, chosen, verdict, told, far, doubted=open_ones, missing=missing),
         hidden=hidden_of(found, fit, (effects, linear), told_by, verdict, seed=seed),
-        confidence=which_joint.shared(probability_of(scores), standing) if sure else None,
+        confidence=shared(probability_of(scores), standing) if sure else None,
         scores=scores,
         seed=seed,
     )
@@ -286,7 +282,7 @@ def _asked_next(
     found: Found, stands: Score, standing: Sequence[Score], verdict: str
 ) -> tuple[tuple[str, ...], list[str]]:
     """Return the kinds to add next, and the notes on joints and on what is left."""
-    elsewhere = which_joint.joint_notes(found, standing)
+    elsewhere = joint_notes(found, standing)
     if verdict in {"cannot tell", "measurement fault"}:
         return (), elsewhere
     if verdict == "outside library" and stands.fit.hypothesis.added:

@@ -42,6 +42,11 @@ def alternatives(standing: Sequence[Score]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(" with ".join(one) for one in (*tied, *_elsewhere(standing))))
 
 
+def ties(standing: Sequence[Score]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what predicts as well as the chosen one: kinds and joints, and in words."""
+    return indistinguishable(standing), alternatives(standing)
+
+
 def _elsewhere(standing: Sequence[Score]) -> list[list[str]]:
     """Return the effects and joints of each that has the chosen effects in other joints."""
     return [
