@@ -106,24 +106,21 @@ def locate(m, which, share, done):
 
 @kernel
 def stable_share(m, share):
-    """At most so much of a step that no memory decays by more than half in it."""
+    """At most so much of a step that no bristle and no loop decays by more than half in it."""
     n = int(m[N_MASSES])
     for e in range(int(m[N_ELEMENTS])):
         p = ELEMENTS + STRIDE * e
         if m[p + KIND] in (LUGRE, BOUC_WEN, GENERAL_BOUC_WEN):
             _, w = stretch(m, Y, p, n)
-            decay = forgets(m, p) * abs(w) * m[STEP]
+            decay = decay_rate(m, p) * abs(w) * m[STEP]
             if decay * share > 0.5:
                 share = 0.5 / decay
     return share
 
 
 @kernel
-def forgets(m, p):
-    """How fast a memory decays with the way [1/m]: a bristle that slides, a loop that yields.
-
-    Of a loop where it is saturated: there its tangent changes fastest.
-    """
+def decay_rate(m, p):
+    """Decay of a memory over the way [1/m]: bristles that slide, loops that have yielded."""
     if m[p + KIND] == LUGRE:
         return m[p + 3] / m[p]
     if m[p + KIND] == BOUC_WEN:

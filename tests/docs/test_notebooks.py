@@ -8,7 +8,7 @@ import pytest
 from nbclient import NotebookClient
 
 FOLDER = Path(__file__).parents[2] / "examples"
-MOMENT = 300
+MOMENT = 600
 """Longest that one cell may take, other jobs beside it [s]."""
 
 

@@ -176,12 +176,13 @@ def _chosen(tests: Sequence[Measured]) -> list[Measured]:
 
 
 def _wanted(model: Model) -> list[tuple[int, str]]:
-    """Return element and name of every number that is not 0."""
+    """Return element and name of every number that is not 0, and no reference of another."""
     found = []
     for i, element in enumerate(model.elements):
         for name, parameter in element.effect.parameters.items():
             value = getattr(element.effect, name)
-            if not parameter.choices and value is not None and value != 0.0:
+            known = parameter.choices or parameter.reference
+            if not known and value is not None and value != 0.0:
                 found.append((i, name))
     return found
 

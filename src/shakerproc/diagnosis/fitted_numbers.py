@@ -31,7 +31,7 @@ class FittedNumbers:
     Attributes
     ----------
     hypothesis : Hypothesis
-        The model, every number of which is free.
+        The model, whose numbers are free but for references.
     x : (n_x,) array
         Logarithms of the fitted numbers over those of the file [-].
     gain : (n_sensors,) array

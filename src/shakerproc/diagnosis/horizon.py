@@ -82,9 +82,9 @@ def compared(
             if whole is not None and whole.is_noise:
                 return whole.campaign, [whole.form], *bare_and_effects(linear, whole.scores)
         here = _silent(campaign, standing, form) if i < len(forms) - 1 else None
-        if here is not None and not best.hypothesis.added:
+        if here is not None and len(standing) == 1:  # the model alone goes on from there
             best = here.best
-            standing = [best, *(one for one in standing if one.hypothesis.added)]
+            standing = [best]
         scores = []
         if here is None:
             led = _led_there(campaign, best, standing, form, any_will_do=i == 0)

@@ -50,7 +50,7 @@ def found_sentence(
     alike: Sequence[str],
 ) -> str:
     """Return the verdict that effects were found."""
-    doubt = f"; {' or '.join(alike)} would predict these tests as well" if alike else ""
+    doubt = f"; {', or '.join(alike)} would predict these tests as well" if alike else ""
     beside = f"; besides, the measurement has a {_faults(faults)}" if faults else ""
     return f"The model lacks {_effects(effects)}: {_fall(errors)}{doubt}{beside}."
 

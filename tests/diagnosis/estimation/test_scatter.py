@@ -75,10 +75,10 @@ def test_the_scatter_of_numbers_that_no_block_tells_is_that_of_fits_without_each
     """Oracle: every block left out and all fitted anew, by singular values of the rows.
 
     The last two numbers tell the same 1e4 times better than a prior of 1 tells each, so that
-    only their sum is known; the power law has force and reference displacement so.
+    only their sum is known, as of two stiffnesses in parallel; the first is as small as a delay.
     """
     rng = np.random.default_rng(2)
-    columns = rng.normal(size=(TESTS, BLOCKS, SAMPLES, 2)) * np.array([1.0, 1e4])
+    columns = rng.normal(size=(TESTS, BLOCKS, SAMPLES, 2)) * np.array([1e8, 1e4])
     columns = np.concatenate([columns, 0.2 * columns[..., 1:]], axis=-1)
     measured = rng.normal(size=columns.shape[:3])
     prior = np.eye(3)
@@ -99,4 +99,4 @@ def test_the_scatter_of_numbers_that_no_block_tells_is_that_of_fits_without_each
     square, _ = covariance(
         turned.T @ np.diag(size**-2) @ turned, clusters_of(measured - columns @ found, columns)
     )
-    np.testing.assert_allclose(square, expected, rtol=1e-3, atol=1e-14)
+    np.testing.assert_allclose(square, expected, rtol=5e-3, atol=1e-22)

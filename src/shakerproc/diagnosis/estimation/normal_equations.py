@@ -91,7 +91,8 @@ class NormalEquations:
         """Return where a damped step leads, within bounds, and by how much the cost may fall.
 
         Were the residual as straight as its slopes, it would fall by as much at least, but for
-        what is cut of the longest steps [-]. The numbers may move so many `times` as far.
+        what is cut of the longest steps [-]. All numbers but the starts move so many `times` as
+        far, starts follow; the fall is that of the step as it is.
         """
         normal, score, fall = self.normal.copy(), self.score.copy(), 0.0
         inverses: list[FloatArray] = []

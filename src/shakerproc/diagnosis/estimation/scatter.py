@@ -83,8 +83,7 @@ def covariance(
         disagree by more than their blocks explain, it is that of the scatter between tests [-].
     """
     blocks = list(clusters)
-    power, directions = np.linalg.eigh(0.5 * (inverse + inverse.T))
-    root = directions * np.sqrt(np.maximum(power, 0.0))
+    root = _root(inverse)
     each = np.array([_left_out(root, own) for own in blocks])
     found: FloatArray = each.T @ each * max(len(each) - 1, 1) / len(each)
     untold = np.diag(inverse) > UNTOLD**2
@@ -97,13 +96,25 @@ def covariance(
     return found, wider
 
 
+def _root(inverse: FloatArray) -> FloatArray:
+    r"""Return a root :math:`R` of :math:`A^{-1} = R R^T`, (n, n) array.
+
+    Of numbers over their own sizes: some are logarithms that nothing tells, others delays of
+    microseconds.
+    """
+    size = np.sqrt(np.diag(inverse))
+    scaled = inverse / np.outer(size, size)
+    power, directions = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    return np.asarray(size[:, None] * directions * np.sqrt(np.maximum(power, 0.0)))
+
+
 def _left_out(root: FloatArray, own: Cluster) -> FloatArray:
-    r"""Return the step back to where the numbers were without a block, (n,) array.
+    r"""Return the step of the numbers where a block with gram G and pull p is left out, (n,).
 
     .. math:: A^{-1} (I - G A^{-1})^{-1} p = R (I - R^T G R)^{-1} R^T p, \qquad A^{-1} = R R^T
 
-    of which the symmetric form alone can be computed where a direction is told by nothing:
-    the other is off by a factor of 500 there. Nothing of what the block tells alone.
+    The left form is lost to rounding where nothing tells a direction; the symmetric one is
+    not. A direction that the block tells alone adds nothing.
     """
     share, axes = np.linalg.eigh(root.T @ own.gram @ root)
     turned, others = root @ axes, 1.0 - share

@@ -24,8 +24,9 @@ WORTH: Final = 0.1
 """Share of the fall of the step before below which new slopes are worth more [-]."""
 
 EVENLY: Final = 1.5
-"""Fall of the cost over what slopes foretell from which a step is tried twice as long: halfway
-between a cost that is as curved as its slopes (1) and one that falls evenly (2) [-]."""
+"""Fall of the cost over what slopes foretell from which a step is tried twice as long. Of
+squares it is halfway between a cost that is as curved as its slopes (1) and one that falls
+evenly (2). Scales of blocks and damping raise it, too: the longer step is in vain then [-]."""
 
 LONGER: Final = 6
 """How often a step is doubled at most [-]."""
@@ -84,10 +85,10 @@ def better(
 def _longer(
     equations: NormalEquations, found: tuple[Point, State, float], damping: float
 ) -> tuple[Point, State, float]:
-    """Return where the longest step along a line leads that still gains.
+    """Return where a step leads that is doubled as long as each doubling gains.
 
-    A resonance that jumps at another time than was measured leaves as much whenever it does,
-    with slopes as steep as it is tall: the step that all else asks for is a hundredth.
+    A resonance may jump at another time than was measured. What it leaves is as large whenever
+    it jumps, but its slopes are steep: they hold back the step that all else asks for.
     """
     for doubled in range(1, LONGER + 1):
         there, _ = equations.taken(damping, 2.0**doubled)

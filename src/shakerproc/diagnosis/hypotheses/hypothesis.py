@@ -212,7 +212,9 @@ class Hypothesis:
 
 
 def hypothesis_of(model: Model) -> Hypothesis:
-    """Return the hypothesis that nothing is missing: every number of the model is free.
+    """Return the hypothesis that nothing is missing: all numbers of the model are free.
+
+    But for references, which only say where another number holds.
 
     Masses are free where a force drives, which tells them; a moving base tells only their
     ratios to the stiffnesses.

@@ -37,7 +37,7 @@ def indistinguishable(standing: Sequence[Score]) -> tuple[str, ...]:
 
 
 def alternatives(standing: Sequence[Score]) -> tuple[str, ...]:
-    """Return the same in words, each with all the effects that it needs."""
+    """Return the hypotheses that predict as well, each with all its effects, in words."""
     tied = [score.fit.hypothesis.kinds for score in as_good(standing)]
     return tuple(dict.fromkeys(" with ".join(one) for one in (*tied, *_elsewhere(standing))))
 

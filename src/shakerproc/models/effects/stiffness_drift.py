@@ -53,7 +53,7 @@ class StiffnessDrift(AbstractEffect, DependsOnSurroundings):
     )
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({
         "rate": Parameter("1/s", "r", "relative change a second", linear=True, sign="any"),
-        "reference": Parameter("s", "t₀", "time of no change", sign="any"),
+        "reference": Parameter("s", "t₀", "time of no change", sign="any", reference=True),
         "stiffness": Parameter("N/m", "k", "stiffness that changes", optional=True),
     })
 
