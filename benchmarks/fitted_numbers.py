@@ -17,8 +17,10 @@ from shakerproc.diagnosis.fitted_numbers import fit_of, numbers_of
 from shakerproc.diagnosis.hypotheses.own_numbers import OwnNumber
 from shakerproc.models import Model
 
-WITHOUT = ("without:", "bistable", "constant_force", "stiffness_drift", "saturating")
-"""Classes whose truth has no number for each of the model."""
+WITHOUT = (
+    "without:", "bistable", "constant_force", "stiffness_drift", "saturating", "power_law",
+)  # fmt: skip
+"""Classes whose truth has no number for each of the model, or one at another reference."""
 TOLD = 1.0
 """Standard deviation of a logarithm from which a number is not told [-]."""
 

@@ -75,7 +75,7 @@ def test_the_scatter_of_numbers_that_no_block_tells_is_that_of_fits_without_each
     """Oracle: every block left out and all fitted anew, by singular values of the rows.
 
     The last two numbers tell the same 1e4 times better than a prior of 1 tells each, so that
-    only their sum is known, as of two stiffnesses in parallel; the first is as small as a delay.
+    only their sum is known, as of stiffnesses in parallel; the first is as small as a delay.
     """
     rng = np.random.default_rng(2)
     columns = rng.normal(size=(TESTS, BLOCKS, SAMPLES, 2)) * np.array([1e8, 1e4])
