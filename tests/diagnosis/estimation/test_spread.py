@@ -135,8 +135,8 @@ def test_plain_squares_lead_to_what_only_a_few_blocks_exercise():
     near = x + np.array([0.1, 0.0, -0.4, -0.2, 0.0])
     form = Form(None, windows, windows, whole_tests(data, held_out=True))
     begun = fit(data, hypothesis, near, windows, rounds=0)
-    alone = carried(data, begun, [form], rounds=10)
-    both = arrived(data, begun, form, rounds=10)
+    alone = carried(data, begun, [form], rounds=20)
+    both = arrived(data, begun, form, rounds=20)
     assert alone.follows_most
     assert both.level < alone.level
     assert np.linalg.norm(both.x - x) < 0.5 * np.linalg.norm(alone.x - x)

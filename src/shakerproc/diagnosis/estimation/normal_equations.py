@@ -87,12 +87,11 @@ class NormalEquations:
             wide * slopes.own[index],
         )
 
-    def taken(self, damping: float, times: float = 1.0) -> tuple[Point, float]:
+    def taken(self, damping: float) -> tuple[Point, float]:
         """Return where a damped step leads, within bounds, and by how much the cost may fall.
 
         Were the residual as straight as its slopes, it would fall by as much at least, but for
-        what is cut of the longest steps [-]. All numbers but the starts move so many `times` as
-        far, starts follow; the fall is that of the step as it is.
+        what is cut of the longest steps [-].
         """
         normal, score, fall = self.normal.copy(), self.score.copy(), 0.0
         inverses: list[FloatArray] = []
@@ -109,7 +108,6 @@ class NormalEquations:
             fall += float(np.einsum("ms,mst,mt->", left, inverse, left))
         step = self._solved(normal, score, damping)
         fall -= float(score @ step)
-        step *= times
         n_x, n_s = self.at.x.size, self.at.gain.size
         change = np.clip(step[:n_x], -LONGEST_STEP, LONGEST_STEP)
         x = np.clip(self.at.x + change, self.linearisation.low, self.linearisation.high)

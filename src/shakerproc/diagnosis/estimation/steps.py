@@ -23,14 +23,6 @@ CHORDS: Final = 6
 WORTH: Final = 0.1
 """Share of the fall of the step before below which new slopes are worth more [-]."""
 
-EVENLY: Final = 1.5
-"""Fall of the cost over what slopes foretell from which a step is tried twice as long. Of
-squares it is halfway between a cost that is as curved as its slopes (1) and one that falls
-evenly (2). Scales of blocks and damping raise it, too: the longer step is in vain then [-]."""
-
-LONGER: Final = 6
-"""How often a step is doubled at most [-]."""
-
 LEAST_DAMPING: Final = 1e-9
 """Least damping over the diagonal: next to the rounding of the equations [-]."""
 
@@ -63,37 +55,18 @@ def better(
     """Return where a step gains, its state, and the next damping [-]; None if none does.
 
     One that gains next to nothing, though more is foretold, was too long: it is taken if no
-    damped one gains more. One that gains far more was too short (see `_longer`).
+    damped one gains more.
     """
     best: tuple[Point, State, float] | None = None
-    least, foretold = cost, np.inf
+    least = cost
     for _ in range(TRIALS):
-        there, foretold = equations.taken(damping)
+        there, fall = equations.taken(damping)
         tried = equations.linearisation.residual(there)
         if tried is not None and tried[2] >= cost and equations.at.starts is not None:
             there, tried = moved(equations.linearisation, there, tried, [equations.at.starts])
         if tried is not None and tried[2] < least:
             best, least = (there, tried, max(damping / 10.0, LEAST_DAMPING)), tried[2]
-        if foretold < SETTLED or cost - least >= SETTLED:
+        if fall < SETTLED or cost - least >= SETTLED:
             break
         damping *= 10.0
-    if best is not None and cost - least > max(SETTLED, EVENLY * foretold):
-        best = _longer(equations, best, damping)
     return best
-
-
-def _longer(
-    equations: NormalEquations, found: tuple[Point, State, float], damping: float
-) -> tuple[Point, State, float]:
-    """Return where a step leads that is doubled as long as each doubling gains.
-
-    A resonance may jump at another time than was measured. What it leaves is as large whenever
-    it jumps, but its slopes are steep: they hold back the step that all else asks for.
-    """
-    for doubled in range(1, LONGER + 1):
-        there, _ = equations.taken(damping, 2.0**doubled)
-        tried = equations.linearisation.residual(there)
-        if tried is None or found[1][2] - tried[2] < SETTLED:
-            break
-        found = (there, tried, found[2])
-    return found
